@@ -28,6 +28,7 @@ import pytest  # noqa: E402
 from hypothesis import settings  # noqa: E402
 from numba.core.dispatcher import Dispatcher  # noqa: E402
 
+import slow_browser  # noqa: E402
 from toolpoint.io.yaml import machine_file  # noqa: E402
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -171,5 +172,6 @@ def browser():
         pytest.skip("no Chromium or Chrome on this machine")
     with sync_api.sync_playwright() as playwright:
         chromium = playwright.chromium.launch(executable_path=path, args=CHROMIUM_ARGUMENTS)
+        slow_browser.be_patient(chromium)
         yield chromium
         chromium.close()

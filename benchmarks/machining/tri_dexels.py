@@ -1,11 +1,12 @@
 """Tri-dexels of turned tools: volumes against booleans of manifold3d (Apache-2.0), arcs against closed forms, cost with
 spacing.
 
-    python benchmarks/machining/tri_dexels.py [volumes|stands|arcs|cost] [--cases 10] [--seed 1]
+    python benchmarks/machining/tri_dexels.py [volumes|refined|stands|arcs|cost] [--cases 10] [--seed 1]
 
 `volumes`: random five-axis paths of cylinders, balls and bull noses; hulls of two stands hold a little more than the tool
-sweeps. `stands`: the same paths against many stands of the tool, at random places. `arcs`: balls that lean anyhow on a plane,
-all slices. `cost`: one flank cut of 100 steps at five spacings. The last line is the figure.
+sweeps. `refined`: first legs of these with hulls of ever smaller parts of a step, and their limit. `stands`: the same paths
+against many stands of the tool, at random places. `arcs`: balls that lean anyhow on a plane, all slices. `cost`: one flank cut
+of 100 steps at five spacings. The last line is the figure.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ from toolpoint.material_removal.tri_dexels.turned_removal import TurnedRemoval, 
 
 MM = 1e-3
 PLACES, STANDS_OF_STEP = 40_000, 80  # random places; stands of the tool of a step
-RING, ARC_POINTS = 90, 10  # points of a circle, and of the corner of a bull nose, of the polyhedra of the boolean
+RING, ARC_POINTS = 60, 10  # points of a circle, and of the corner of a bull nose, of the polyhedra of the boolean
 STOCK = Stock.box(np.array([0, 0, -15]) * MM, np.array([40, 30, 0]) * MM)
 
 
@@ -51,13 +52,25 @@ def removed(moves: TurnedMoves, shape: MillShape, spacing: float, **options: boo
     return remove_by_turned_tool(moves, STOCK, [shape], settings=RemovalSettings(spacing), **options)
 
 
+def parted(moves: TurnedMoves, parts: int) -> TurnedMoves:
+    """Return the same motion in steps of which each is a part of one: the axis goes along its chord, made a unit vector."""
+    share = np.linspace(0, 1, parts + 1)
+    tips, axes = (values[:, :1] + share[:, None] * (values[:, 1:] - values[:, :1]) for values in (moves.tips, moves.axes))
+    axes /= np.linalg.norm(axes, axis=2, keepdims=True)
+    tips, axes = (np.stack([values[:, :-1], values[:, 1:]], axis=2).reshape(-1, 2, 3) for values in (tips, axes))
+    n = len(tips)
+    return TurnedMoves(tips, axes, smallest_turn(axes), np.repeat(moves.block, parts), np.zeros(n, int), np.zeros(n, bool))
+
+
 def boolean_volume(moves: TurnedMoves, shape: MillShape) -> float:
     """Return the volume (m^3) of the stock inside the hulls of the tool's stands at both ends of every step."""
     manifold3d = needed_peer("manifold3d")
     turn = np.linspace(0, 2 * np.pi, RING, endpoint=False)
-    size = np.sqrt(2 * np.pi / RING / np.sin(2 * np.pi / RING))  # the polygon has the area of the circle
+    size = (np.pi / RING) / np.sin(np.pi / RING)  # the polygon has the mean width of the circle
     corner = np.linspace(0, np.pi / 2, ARC_POINTS if shape.corner_radius else 1)
-    rings = [(shape.flat + shape.corner_radius * np.sin(a), shape.corner_radius * (1 - np.cos(a))) for a in corner]
+    bulge = 1.0 if len(corner) == 1 else (np.pi / 4 / (ARC_POINTS - 1)) / np.sin(np.pi / 4 / (ARC_POINTS - 1))
+    rings = [(shape.flat + bulge * shape.corner_radius * np.sin(a), shape.corner_radius * (1 - bulge * np.cos(a)))
+             for a in corner]
     rings += [(shape.radius, shape.corner_radius), (shape.radius, shape.flute_length)]
     body = np.concatenate([np.stack([size * r * np.cos(turn), size * r * np.sin(turn), np.full(RING, z)], axis=1)
                            for r, z in rings if r > 0 or z == 0])
@@ -168,7 +181,27 @@ def cost(_: int, rng: np.random.Generator) -> str:
     return f"{rows[2][1]:.1f} ms a step at R/10, {rows[-1][1]:.1f} at R/20; spacing^-{np.polyfit(x, y, 1)[0]:.2f}"
 
 
-PARTS = {"volumes": volumes, "stands": stands, "arcs": arcs, "cost": cost}
+def refined(cases: int, rng: np.random.Generator) -> str:
+    """Return by how much the lines differ from the limit of hulls of ever smaller parts of the same steps."""
+    largest = 0.0
+    for number in range(cases):
+        radius = rng.uniform(2, 5) * MM
+        shape = MillShape(2 * radius, (0.0, radius, 0.3 * radius)[number % 3], flute_length=40 * MM)
+        tips, axes = random_path(rng)
+        moves = steps_between(tips[:2], axes[:2], 36)
+        volume = removed(moves, shape, radius / 10).total_volume
+        hulls = [boolean_volume(parted(moves, parts), shape) for parts in (1, 2, 4, 8)]
+        # The excess halves from one to the next, or falls faster: what is left of a geometric row.
+        ratio = np.clip((hulls[3] - hulls[2]) / (hulls[2] - hulls[1]), 0.0, 0.75) if hulls[2] != hulls[1] else 0.0
+        limit = hulls[3] + (hulls[3] - hulls[2]) * ratio / (1 - ratio)
+        row = [100 * (volume / each - 1) for each in (*hulls, limit)]
+        largest = max(largest, abs(row[-1]))
+        print(f"{number}: {shape.kind}, {1e9 * volume:.2f} mm^3; against hulls of 1, 2, 4, 8 parts of a step "
+              + ", ".join(f"{value:+.3f}" for value in row[:4]) + f" %, their limit {row[4]:+.3f} %", flush=True)
+    return f"{largest:.3f} % at most over {cases} paths at R/10, against the limit of hulls"
+
+
+PARTS = {"volumes": volumes, "refined": refined, "stands": stands, "arcs": arcs, "cost": cost}
 
 
 def main() -> None:

@@ -145,6 +145,28 @@ def test_pictures_of_a_page(tmp_path):
     assert (tmp_path / "pictures" / "bode.svg").read_text().startswith("<svg")
 
 
+@pytest.mark.slow
+@pytest.mark.browser
+def test_pictures_are_drawn_beside_a_loop_that_runs(tmp_path):
+    """A notebook, and a test with a browser of its own, have an event loop in their thread."""
+    pytest.importorskip("playwright")
+    import asyncio
+    import shutil
+    from concurrent.futures import ThreadPoolExecutor
+
+    if not any(map(shutil.which, ("chromium", "chromium-browser", "google-chrome", "chrome"))):
+        pytest.skip("no browser")
+    from toolpoint.io import write_pictures
+    from toolpoint.plot import Chart, bode
+
+    page = Report("Responses").with_section("Bode", Chart(bode(responses(10, 130)), name="bode")).save(tmp_path / "p")
+
+    async def draw():
+        return write_pictures(page, tmp_path / "pictures", "svg")
+    with ThreadPoolExecutor(1) as pool:  # a browser test before may have left its own loop running in this thread
+        assert [file.name for file in pool.submit(lambda: asyncio.run(draw())).result()] == ["bode.svg"]
+
+
 def test_lines_of_a_geometry(tmp_path):
     points, lines = tmp_path / "points.csv", tmp_path / "lines.csv"
     points.write_text("point,x,y,z\n1,0,0,0\n2,1,0,0\n3,1,1,0\n")

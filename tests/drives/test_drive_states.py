@@ -1,10 +1,21 @@
 """Responses with drives on, off, shorted and braked: by the simulation in time, and by closed forms of a rigid axis."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from drives.servo_cases import MOTOR, RATIO, benchmark_servo, controller, lugre, smooth
-from toolpoint.drives import Controller, DriveAxis, PositionLoop, TorqueMotor, VelocityLoop, build_plant, rigid_axis
+from toolpoint.drives import (
+    Controller,
+    DriveAxis,
+    PositionLoop,
+    TorqueMotor,
+    VelocityLoop,
+    build_plant,
+    low_pass,
+    rigid_axis,
+)
 from toolpoint.drives.axis.motor import Inverter
 from toolpoint.drives.controller.drive_states import DRIVE_STATES, respond_to_forces
 from toolpoint.drives.controller.servo import Servo
@@ -28,8 +39,15 @@ def slow_loops(feedback):
                       inverter=Inverter(320.0))
 
 
+def damped_loops(loops, sensor, gain, *filters):
+    """The loops with active damping by a sensor behind the motor, through filters of the torque."""
+    return replace(loops, velocity=replace(loops.velocity, damping_gain=gain, damping_sensor=sensor, filters=filters))
+
+
 LOOPS = {"scale": controller(ff=0.0), "motor": controller(ff=0.0, feedback="motor"), "slow": slow_loops("scale"),
-         "slow motor": slow_loops("motor")}
+         "slow motor": slow_loops("motor"),
+         "damping": damped_loops(controller(ff=0.0), "scale", 0.5, low_pass(400.0)),
+         "damping at the tool": damped_loops(slow_loops("motor"), "tool", -0.1)}
 
 
 def steady_motion(servo, frequency):

@@ -78,7 +78,7 @@ def test_position_and_velocity_samples_are_the_cascade():
     speed_set = (25.0 * (0.01 - 3.0 * lead) + 0.8 * 0.2) / lead
     assert s.speed_set == pytest.approx(speed_set, rel=1e-12)
     for number in range(3):
-        velocity_sample(p, s, 3.0, 1.5, 0.0, 0.0)
+        velocity_sample(p, s, 3.0, 1.5, 0.0, 0.0, 0.0)
         error = speed_set - 1.5
         assert s.torque_set == pytest.approx(0.6 * error * (1 + number * velocity.sample_time / 0.02), rel=1e-12)
 

@@ -30,6 +30,7 @@ from toolpoint.drives import (
     TwoExponential,
     VelocityLoop,
     build_plant,
+    four_dof_axis,
     low_pass,
     notch,
     rigid_axis,
@@ -53,6 +54,20 @@ def torque_servo(law=None, play=None, resolution=0.0):
     return Servo(build_plant([axis]), (control,))
 
 
+def screw_servo():
+    mechanics = four_dof_axis(0.004, 0.001, 8.0, table_mass=300.0, lead_ratio=cases.RATIO, coupling=(5000.0, 1.0),
+                              bearing=(4e8, 2e4), nut=(5e8, 2e4), guide_damping=2e4, bearing_friction_arm=2e-4)
+    return Servo(build_plant([DriveAxis("X", TorqueMotor(), mechanics)]),
+                 (Controller(PositionLoop(30.0), VelocityLoop(1.5, 0.02), cases.RATIO),))
+
+
+def damped_servo(sensor):
+    """Active damping through a coarse scale, or by the tool."""
+    base = torque_servo(Coulomb(0.3))
+    loop = replace(base.controllers[0].velocity, damping_gain=0.4, damping_sensor=sensor)
+    return Servo(base.plant, (replace(base.controllers[0], velocity=loop, encoders=Encoders(scale=1e-7)),))
+
+
 def switched_servo():
     base = cases.benchmark_servo()
     return Servo(base.plant, tuple(replace(c, inverter=Inverter(320.0, "six-pulse", 2)) for c in base.controllers))
@@ -66,6 +81,8 @@ CASES = {
     "backlash": (lambda: torque_servo(Coulomb(0.3), Contact.with_backlash(1.2e8, 1e-5)), 4),
     "progressive": (lambda: torque_servo(Coulomb(0.3), ProgressiveSpring(1.2e8, 5e-6)), 2),
     "preload": (lambda: torque_servo(Coulomb(0.3), Contact.preloaded(1.2e8, 500.0)), 2),
+    "bearing under load": (screw_servo, 2),
+    "active damping": (lambda: damped_servo("scale"), 1), "active damping at the tool": (lambda: damped_servo("tool"), 2),
     "encoders": (lambda: torque_servo(Stribeck(0.5, 0.7, 0.5), resolution=1e-4), 1),
 }
 

@@ -32,6 +32,8 @@ def test_a_chamfer_and_then_a_slot_take_their_prisms(head: str, end: str, spacin
     chamfer, slot = (1e9 * stage.removed.total_volume for stage in study.stages)
     assert chamfer == pytest.approx(3.0**2 / 2 * 40, rel=error) and slot == pytest.approx(400, rel=0.001)
     depth = 3 / np.sqrt(2)
+    middle = np.abs(study.stages[0].removed.tip[:, 0] - 0.02) < 0.01
+    assert 1e3 * study.stages[0].removed.reach[middle].max() == pytest.approx(depth, rel=2e-3)  # the ridge between the dexels
     width = 2 * (depth - depth / 20)  # at the middle of the lowest of ten slices
     assert np.nanmax(study.stages[0].blocks.arc) == pytest.approx(2 * np.arcsin(width / 10), abs=np.radians(0.5))
 

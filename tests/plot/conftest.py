@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -21,13 +22,47 @@ class Seen:
     requests: list[str] = field(default_factory=list)
     errors: list[str] = field(default_factory=list)
 
-    def wait(self, expression: str, seconds: float = 10.0) -> None:
-        """Wait until an expression is true; page.wait_for_function evaluates text, which the policy forbids."""
-        for _ in range(int(20 * seconds)):
-            if self.page.evaluate(expression):
-                return
+    def wait(self, expression: str, seconds: float = 240.0) -> None:
+        """Wait until an expression is true; page.wait_for_function evaluates text, which the policy forbids.
+
+        A loaded machine is slow, not wrong: the limit is there for what never comes.
+        """
+        end = time.monotonic() + seconds
+        while not self.page.evaluate(expression):
+            assert time.monotonic() < end, f"still false after {seconds:g} s: {expression}"
             self.page.wait_for_timeout(50)
-        raise AssertionError(f"still false after {seconds:g} s: {expression}")
+
+    def wait_for_frames(self) -> None:
+        """Wait until the page has drawn what was asked of it before."""
+        self.page.evaluate("() => new Promise((go) => requestAnimationFrame(() => requestAnimationFrame(go)))")
+
+    def wait_for_rest(self, part: Any) -> dict[str, float]:
+        """Return the box of a part of the page once it lies at the same place in two looks: a chart draws itself again."""
+        part.scroll_into_view_if_needed()
+        before, end = None, time.monotonic() + 240.0
+        while (box := part.bounding_box()) is None or box != before:
+            assert time.monotonic() < end, "a part of the page never comes to rest"
+            before = box
+            self.wait_for_frames()
+            self.page.wait_for_timeout(100)
+        return box
+
+    def click_point(self, chart: str, point: Any) -> None:
+        """Click on a drawn point of a chart by the mouse, as a person does: once the chart shows that the mouse is on it."""
+        self.page.locator(f".tp-chart[data-name={chart}]").scroll_into_view_if_needed()
+        hovered = f"(window.toolpointCharts['{chart}']._hoverdata || []).length > 0"
+        end = time.monotonic() + 240.0
+        while True:
+            box = self.wait_for_rest(point)
+            x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+            self.page.mouse.move(x + 1, y)
+            self.page.mouse.move(x, y)
+            self.page.wait_for_timeout(200)  # the chart looks where the mouse is a few times a second
+            if self.page.evaluate(hovered):
+                break
+            assert time.monotonic() < end, f"the chart {chart} does not see the mouse"
+            self.page.mouse.move(1, 1)
+        self.page.mouse.click(x, y)
 
 
 @pytest.fixture

@@ -46,11 +46,9 @@ def test_correlation_page(mills, opened):
     test = MeasuredTest(modes, frf, Geometry(places, [("base0", "base1")]), None)
     seen = opened(correlation_page(Comparison(*runs, mill, test)).html(), reduced_motion="reduce")
     seen.wait("Object.keys(window.toolpointCharts).length >= 6 && 'pairs' in window.toolpointViews")
-    chart = seen.page.locator(".tp-chart[data-name=chart-1]")
-    chart.scroll_into_view_if_needed()
-    seen.page.wait_for_timeout(300)
     # One frame a paired mode.
-    assert chart.locator(".shapelayer path").count() == len(runs[1].pairs.pairs)
+    frames = "document.querySelectorAll('.tp-chart[data-name=chart-1] .shapelayer path').length"
+    seen.wait(f"{frames} === {len(runs[1].pairs.pairs)}")
     both = seen.page.evaluate("[0, 1].map(k => Array.from(window.toolpointViews.pairs.positions(k)))")
     np.testing.assert_allclose(both[0], both[1], atol=1e-4)
     assert seen.errors == [] and len(seen.requests) == 1
@@ -61,10 +59,7 @@ def test_sensitivity_page(mills, opened):
     mill, _, _ = mills
     seen = opened(sensitivity_page(study_sensitivity(mill), mill).html(), reduced_motion="reduce")
     seen.wait("Object.keys(window.toolpointCharts).length >= 5 && 'modes' in window.toolpointViews")
-    bars = seen.page.locator(".tp-chart[data-name=chart-2]")
-    bars.scroll_into_view_if_needed()
-    seen.page.wait_for_timeout(300)
-    assert bars.locator(".barlayer .trace").count() == 4  # four interfaces
+    seen.wait("document.querySelectorAll('.tp-chart[data-name=chart-2] .barlayer .trace').length === 4")  # four interfaces
     assert seen.errors == [] and len(seen.requests) == 1
 
 
@@ -78,10 +73,7 @@ def test_update_page_pairs_shapes_and_frames_modes(mills, opened):
     seen = opened(update_page(MeasuredUpdate(wrong, found, (Measurement(modes, frf),))).html(), reduced_motion="reduce")
     seen.wait("Object.keys(window.toolpointCharts).length >= 4 && 'pair' in window.toolpointViews")
     for number in (1, 2):
-        chart = seen.page.locator(f".tp-chart[data-name=chart-{number}]")
-        chart.scroll_into_view_if_needed()
-        seen.page.wait_for_timeout(300)
-        assert chart.locator(".shapelayer path").count() == 6
+        seen.wait(f"document.querySelectorAll('.tp-chart[data-name=chart-{number}] .shapelayer path').length === 6")
     for mode in range(6):
         # Paired shapes move to the same side: their motions have a positive product.
         both = seen.page.evaluate(

@@ -22,15 +22,9 @@ def test_click_on_a_cut_shows_its_simulation(opened):
     seen.wait("'stability' in window.toolpointCharts && 'simulated' in window.toolpointCharts")
     seen.wait("window.toolpointCharts.simulated.dataset.shown === '0'")
     source = seen.page.locator(".tp-chart[data-name=stability]")
-    source.scroll_into_view_if_needed()
-    seen.page.wait_for_timeout(300)
     title = "window.toolpointCharts.simulated.parentElement.querySelector('h3').textContent"
     for number, words in ((2, "19000 rev/min"), (1, "15000 rev/min")):
-        box = source.locator(".scatterlayer .trace").last.locator(".point").nth(number).bounding_box()
-        x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
-        seen.page.mouse.move(x + 1, y)
-        seen.page.wait_for_timeout(250)
-        seen.page.mouse.click(x, y)
+        seen.click_point("stability", source.locator(".scatterlayer .trace").last.locator(".point").nth(number))
         seen.wait(f"window.toolpointCharts.simulated.dataset.shown === '{number}'")
         assert words in seen.page.evaluate(title)
     expected = runs[1].verdict().state

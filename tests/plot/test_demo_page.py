@@ -18,10 +18,12 @@ def test_it_renders_moves_and_asks_nothing(opened, html):
     seen.wait("Object.keys(window.toolpointViews).length === 2")
     seen.wait("Object.keys(window.toolpointCharts).length === 4")
     canvas = seen.page.locator(".tp-view[data-name=machine] canvas").first
+    canvas.scroll_into_view_if_needed()  # what is not in the window is not drawn
     pictures = []
     for phase in (0, 1.57, 3.14):
         seen.page.evaluate(f"window.toolpointViews.machine.setPhase({phase})")
-        seen.page.wait_for_timeout(200)
+        seen.wait("!window.toolpointViews.machine.dirty")
+        seen.wait_for_frames()
         pictures.append(canvas.screenshot())
     assert len(set(pictures)) == 3
     assert len(seen.requests) == 1
@@ -42,5 +44,4 @@ def test_missing_webgl_is_said(opened, html):
               "HTMLCanvasElement.prototype.getContext = function (kind, ...rest) {"
               " return kind.startsWith('webgl') ? null : get.call(this, kind, ...rest); };")
     seen = opened(html, script)
-    seen.page.wait_for_timeout(300)
-    assert "WebGL" in seen.page.locator(".tp-view[data-name=machine]").inner_text()
+    seen.wait("document.querySelector('.tp-view[data-name=machine]').innerText.includes('WebGL')")

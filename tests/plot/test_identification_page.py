@@ -21,15 +21,9 @@ def test_click_on_a_pole_animates_its_shape(opened):
     seen = opened(identification_page(found, Geometry(points, [(1, 2), (2, 3)]), ["test.uff"]).html(), reduced_motion="reduce")
     seen.wait("Object.keys(window.toolpointCharts).length >= 4 && 'poles' in window.toolpointViews")
     chart = seen.page.locator(".tp-chart[data-name=stabilization]")
-    chart.scroll_into_view_if_needed()
-    seen.page.wait_for_timeout(300)
     stable = chart.locator(".overplot > .xy .trace").nth(-2).locator(".point")  # the last are the modes taken
     for number in (stable.count() - 1, 0):
-        box = stable.nth(number).bounding_box()
-        x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
-        seen.page.mouse.move(x + 1, y)
-        seen.page.wait_for_timeout(200)
-        seen.page.mouse.click(x, y)
+        seen.click_point("stabilization", stable.nth(number))
         seen.wait(f"window.toolpointViews.poles.mode === {number}")
     assert seen.errors == []
     assert len(seen.requests) == 1
@@ -45,6 +39,7 @@ def test_one_response_is_drawn_once_and_labels_of_low_modes_do_not_overlap(opene
     html = identification_page(found, None, ["low.txt"]).html()
     assert "AutoMAC" not in html and "worst fit" not in html  # of one response both say nothing
     seen = opened(html, reduced_motion="reduce")
+    seen.wait("document.querySelectorAll('.tp-chart').length === Object.keys(window.toolpointCharts).length")
     seen.wait("document.querySelectorAll('.annotation-text-g').length >= 3")
     boxes = seen.page.evaluate("Array.from(document.querySelectorAll('.annotation-text-g'), e => {"
                                "const b = e.getBoundingClientRect(); return [b.left, b.right, b.top, b.bottom]})")
@@ -52,15 +47,6 @@ def test_one_response_is_drawn_once_and_labels_of_low_modes_do_not_overlap(opene
         for b in boxes[:i]:
             assert a[0] >= b[1] or b[0] >= a[1] or a[2] >= b[3] or b[2] >= a[3], (a, b)
     assert seen.errors == []
-
-
-def click_point(seen, chart, point):
-    """Click on a drawn point by the mouse, as a person does."""
-    box = point.bounding_box()
-    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
-    seen.page.mouse.move(x + 1, y)
-    seen.page.wait_for_timeout(200)
-    seen.page.mouse.click(x, y)
 
 
 @pytest.mark.slow
@@ -77,18 +63,16 @@ def test_poles_are_chosen_by_clicks_and_the_command_says_so(opened):
     command = seen.page.locator(".tp-picker pre").first
     assert command.inner_text() == "toolpoint identify a.txt --band 5:80"
     chart = seen.page.locator(".tp-chart[data-name=stabilization]")
-    chart.scroll_into_view_if_needed()
-    seen.page.wait_for_timeout(300)
     taken = chart.locator(".overplot > .xy .trace").last.locator(".point")
     assert taken.count() == found.modes.count
-    click_point(seen, chart, taken.nth(1))
+    seen.click_point("stabilization", taken.nth(1))
     removed = f"--remove {found.modes.frequency[1]:.6g}"
     seen.wait(f"document.querySelector('.tp-picker pre').textContent.includes('{removed}')")
     assert "remove:" in seen.page.locator(".tp-picker pre").nth(1).inner_text()
     seen.page.locator(".tp-picker input").nth(1).check()  # by keyboard or tick: it stays after all
     assert "--remove" not in command.inner_text()
     orders = chart.locator(".overplot > .xy .trace").nth(-2).locator(".point")
-    click_point(seen, chart, orders.nth(orders.count() - 1))  # a stable pole beside a mode: that one is there already
+    seen.click_point("stabilization", orders.nth(orders.count() - 1))  # a stable pole beside a mode: that one is there already
     seen.wait("document.querySelector('.tp-picker p').textContent.includes('already')")
     assert "--add" not in command.inner_text()
     first = seen.page.locator("h3.tp-title", has_text="fit").first.inner_text()

@@ -50,13 +50,8 @@ def test_click_on_a_pole_shows_its_mode(opened, machine, shapes):
     seen = opened(full(machine, shapes).html(), reduced_motion="reduce")
     seen.wait("Object.keys(window.toolpointCharts).length === 2")
     chart = seen.page.locator(".tp-chart[data-name=poles]")
-    chart.scroll_into_view_if_needed()
-    seen.page.wait_for_timeout(200)
     for mode in (2, 1):
-        box = chart.locator(".scatterlayer .point").nth(mode).bounding_box()
-        seen.page.mouse.move(box["x"] + box["width"] / 2 + 1, box["y"] + box["height"] / 2)
-        seen.page.wait_for_timeout(150)
-        seen.page.mouse.click(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+        seen.click_point("poles", chart.locator(".scatterlayer .point").nth(mode))
         seen.wait(f"window.toolpointViews.modes.mode === {mode}")
     assert seen.errors == []
 

@@ -18,16 +18,18 @@ HTMLCanvasElement.prototype.getContext = function (kind, ...rest) {
   return String(kind).startsWith("webgl") ? null : get.call(this, kind, ...rest); };"""
 
 
-def picture(page):
-    """The canvas once it stands still: a busy machine may take some frames."""
-    before = None
-    for _ in range(20):
-        page.wait_for_timeout(60)
-        now = page.locator(".tp-stage canvas").screenshot()
+def picture(seen):
+    """The canvas once it has drawn what was asked of it, and stands still: a busy machine may take some frames."""
+    canvas, before = seen.page.locator(".tp-stage canvas"), None
+    canvas.scroll_into_view_if_needed()  # what is not in the window is not drawn
+    for _ in range(200):
+        seen.wait(f"!{VIEW}.dirty")
+        seen.wait_for_frames()
+        now = canvas.screenshot()
         if now == before:
-            break
+            return now
         before = now
-    return now
+    raise AssertionError("the view never stands still")
 
 
 @pytest.fixture
@@ -39,14 +41,14 @@ def view(machine, shapes):
 def test_pixels_change_between_phases_and_between_modes(opened, view):
     seen = opened(view.html(), reduced_motion="reduce")
     seen.page.evaluate(f"{VIEW}.setPhase(0)")
-    start = picture(seen.page)
-    assert picture(seen.page) == start  # at rest nothing moves: differences below are the shape's
+    start = picture(seen)
+    assert picture(seen) == start  # at rest nothing moves: differences below are the shape's
     seen.page.evaluate(f"{VIEW}.setPhase(Math.PI)")
-    assert picture(seen.page) != start
+    assert picture(seen) != start
     seen.page.evaluate(f"{VIEW}.showMode(2); {VIEW}.setPhase(0)")
-    assert picture(seen.page) != start
+    assert picture(seen) != start
     seen.page.evaluate(f"{VIEW}.showMode(0); {VIEW}.setPhase(0)")
-    assert picture(seen.page) == start
+    assert picture(seen) == start
     assert seen.errors == []
 
 
@@ -99,26 +101,26 @@ def test_mode_buttons_name_and_change_the_mode(opened, view):
     assert buttons.count() == 3
     text = buttons.nth(2).inner_text()
     assert "132.8 Hz" in text and "3.10 %" in text and "swaying" in text
-    before = picture(seen.page)
+    before = picture(seen)
     buttons.nth(2).click()
     assert seen.page.evaluate(f"{VIEW}.mode") == 2
     assert buttons.nth(2).get_attribute("aria-pressed") == "true"
     assert buttons.nth(0).get_attribute("aria-pressed") == "false"
     assert "132.8 Hz" in seen.page.locator(".tp-caption").inner_text()
-    assert picture(seen.page) != before
+    assert picture(seen) != before
 
 
 @pytest.mark.slow
 def test_keyboard_drives_the_view(opened, view):
     seen = opened(view.html(), reduced_motion="reduce")
     seen.page.locator(".tp-stage canvas").focus()
-    still = picture(seen.page)
+    still = picture(seen)
     seen.page.keyboard.press("ArrowLeft")
-    assert picture(seen.page) != still
+    assert picture(seen) != still
     seen.page.keyboard.press("Home")
-    assert picture(seen.page) == still
+    assert picture(seen) == still
     seen.page.keyboard.press("+")
-    assert picture(seen.page) != still
+    assert picture(seen) != still
     seen.page.keyboard.press("n")
     assert seen.page.evaluate(f"{VIEW}.mode") == 1
     seen.page.keyboard.press("3")
@@ -141,8 +143,7 @@ def test_mouse_turns_moves_and_zooms(opened, view):
     turned = camera()
     assert turned["azimuth"] != start["azimuth"] and turned["elevation"] != start["elevation"]
     seen.page.mouse.wheel(0, -300)
-    seen.page.wait_for_timeout(100)
-    assert camera()["zoom"] > 1
+    seen.wait(f"{VIEW}.camera.zoom > 1")
     seen.page.keyboard.down("Shift")
     seen.page.mouse.down()
     seen.page.mouse.move(x, y)
@@ -153,14 +154,14 @@ def test_mouse_turns_moves_and_zooms(opened, view):
 @pytest.mark.slow
 def test_sliders_ghost_and_bodies_change_the_picture(opened, view):
     seen = opened(view.html(), reduced_motion="reduce")
-    still = picture(seen.page)
+    still = picture(seen)
     seen.page.get_by_label("column").uncheck()
-    without = picture(seen.page)
+    without = picture(seen)
     assert without != still
     seen.page.get_by_label("column").check()
-    assert picture(seen.page) == still
+    assert picture(seen) == still
     seen.page.get_by_label("Undeformed outline").uncheck()
-    assert picture(seen.page) != still
+    assert picture(seen) != still
     seen.page.get_by_label("Amplitude").fill("0")
     drawn = seen.page.evaluate(f"{VIEW}.positions()")
     np.testing.assert_allclose(np.reshape(drawn, (-1, 3)), view.scene.nodes, atol=1e-6)
@@ -183,8 +184,12 @@ def test_reduced_motion_starts_at_rest_and_full_motion_plays(opened, view):
     for preference, plays in (("reduce", False), ("no-preference", True)):
         seen = opened(view.html(), reduced_motion=preference)
         assert seen.page.evaluate(f"{VIEW}.playing") is plays
-        seen.page.wait_for_timeout(250)
-        assert (seen.page.evaluate(f"{VIEW}.phase") > 0) is plays
+        if plays:
+            seen.wait(f"{VIEW}.phase > 0")
+        else:
+            seen.page.wait_for_timeout(250)
+            seen.wait_for_frames()
+            assert seen.page.evaluate(f"{VIEW}.phase") == 0
 
 
 @pytest.mark.slow
@@ -272,16 +277,12 @@ def test_packed_arrays_arrive_exactly(opened, view, count):
 @pytest.mark.slow
 def test_a_slow_machine_gets_less_detail_in_motion_and_all_of_it_at_rest(opened, view):
     seen = opened(view.html(), reduced_motion="reduce")
-    still, width = picture(seen.page), seen.page.evaluate(f"{VIEW}.canvas.width")
+    still, width = picture(seen), seen.page.evaluate(f"{VIEW}.canvas.width")
     seen.page.evaluate(f"{VIEW}.level = 4; {VIEW}.play(true)")
-    for _ in range(50):  # at the next frame, whenever a busy machine draws it
-        seen.page.wait_for_timeout(100)
-        if seen.page.evaluate(f"{VIEW}.canvas.width") < width:
-            break
-    assert seen.page.evaluate(f"{VIEW}.canvas.width") < width
+    seen.wait(f"{VIEW}.canvas.width < {width}")  # at the next frame, whenever a busy machine draws it
     seen.page.evaluate(f"{VIEW}.setPhase(0)")
     assert seen.page.evaluate(f"{VIEW}.canvas.width") == width
-    assert picture(seen.page) == still
+    assert picture(seen) == still
 
 
 @pytest.mark.slow
@@ -297,12 +298,12 @@ def test_a_large_scene_moves_with_fewer_faces_says_so_and_rests_with_all(opened)
     own = f"{VIEW}.renderer.panes[0]"
     assert seen.page.evaluate(f"{own}.faceCount") == 3 * 7200
     assert 0 < seen.page.evaluate(f"{own}.coarseCount") < 3 * 2400
-    still, note = picture(seen.page), seen.page.locator(".tp-coarse")
+    still, note = picture(seen), seen.page.locator(".tp-coarse")
     assert not note.is_visible()
     seen.page.evaluate(f"{VIEW}.level = 4; {VIEW}.play(true)")
     seen.wait("!document.querySelector('.tp-coarse').hidden")
     seen.page.evaluate(f"{VIEW}.setPhase(0)")
-    assert not note.is_visible() and picture(seen.page) == still and seen.errors == []
+    assert not note.is_visible() and picture(seen) == still and seen.errors == []
 
 
 @pytest.mark.slow

@@ -155,6 +155,16 @@ def test_project_of_a_drawn_machine_answers_its_goal_and_an_edited_cut_recompute
     (folder / "project.yaml").write_text(PROJECT.replace("800 MPa", "0.9 GPa").replace("50 mm", "0.05 m"))
     Project.open(folder).run(listen=events.append)
     assert all(event.decision.action != "run" for event in events[-3:])
+    older, newer = Project.open(folder).states  # the second and the fourth run changed nothing
+    difference = Project.open(folder).compare_states(older.date[:4])
+    assert difference.newer == newer and difference.older == older
+    (row,) = difference.limit_rows
+    assert newer.data["goals"]["rough"]["limit_m"] == pytest.approx(8 / 9 * results.goal("rough")["limit_m"], rel=0.1)
+    assert row[0] == "rough" and row[6] == "intervals overlap"
+    assert [line for line in difference.changed_inputs if "tangential: 800000000.0 -> 900000000.0" in line]
+    assert any("do not show that nothing changed" in doubt for doubt in difference.doubts)
+    with pytest.raises(ToolpointError, match=older.key):
+        Project.open(folder).compare_states("1999")
 
 
 @pytest.mark.slow

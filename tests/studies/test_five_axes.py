@@ -54,11 +54,11 @@ def test_a_constant_direction_is_a_tilted_plane() -> None:
     k, m = int(np.argmax(study.blocks.depth)), int(np.argmax(plane.blocks.depth))
     assert np.degrees(study.blocks.arc[k]) == pytest.approx(np.degrees(plane.blocks.arc[m]), abs=0.5)
     assert 1e3 * study.blocks.depth[k] == pytest.approx(leg / np.sqrt(2), rel=2e-3)
-    assert study.blocks.depth[k] == pytest.approx(plane.blocks.depth[m], rel=0.06)  # whose reach ends within a slice
+    assert study.blocks.depth[k] == pytest.approx(plane.blocks.depth[m], rel=3e-3)
     inner = (study.loads.power > 0) & (np.abs(study.removed.tip[:, 0] - 0.02) < 0.01)
     assert study.loads.power[inner] == pytest.approx(8e8 * leg**2 / 2 * 1e-6 * 0.03, rel=0.01)  # K_t times what is cut a second
     for name in ("lateral", "torque", "power"):
-        assert study.blocks.loads[name][k] == pytest.approx(plane.blocks.loads[name][m], rel=0.06)
+        assert study.blocks.loads[name][k] == pytest.approx(plane.blocks.loads[name][m], rel=0.02)
     assert study.blocks.limit[k] == pytest.approx(plane.blocks.limit[m], rel=0.03)
     assert study.blocks.verdict[k] == plane.blocks.verdict[m]
 

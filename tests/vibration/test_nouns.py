@@ -183,3 +183,9 @@ def test_state_space_in_python_control():
     other = system.to_control()
     np.testing.assert_allclose(other.A, system.a)
     assert tuple(other.input_labels) == ("u",)
+
+
+def test_a_line_on_an_undamped_pole_is_refused_in_words():
+    integrator = StateSpace([[0.0]], [[1.0]], [[1.0]], [[0.0]])
+    with pytest.raises(ToolpointError, match="frequency: a line on an undamped pole"):
+        integrator.response([0.0, 1.0])

@@ -12,17 +12,24 @@
   const light = (c) => c.map((v) => v / 255).map((v) => v <= 0.03928 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4)
     .reduce((sum, v, i) => sum + v * [0.2126, 0.7152, 0.0722][i], 0);
   const lineage = (node) => { const list = []; for (let n = node; n && n.nodeType === 1; n = n.parentElement) list.unshift(n); return list; };
-  const behind = (node) => lineage(node).reduce((below, n) => {
+  // In a chart the box of a legend or a remark lies behind its text, drawn as a rectangle.
+  const BOXED = ".annotation-text-g, .legend, .updatemenu-header-group, .updatemenu-button";
+  const drawnBox = (node) => node.closest(BOXED) && node.closest(BOXED).querySelector("rect.bg, rect.updatemenu-item-rect");
+  const fillOf = (node) => { const style = getComputedStyle(node), c = kept(style.fill); return [...c.slice(0, 3), c[3] * Number(style.fillOpacity)]; };
+  const behind = (node) => { const box = drawnBox(node), ground = behindBoxes(node); return box ? over(fillOf(box), ground) : ground; };
+  const behindBoxes = (node) => lineage(node).reduce((below, n) => {
     return over(kept(getComputedStyle(n).backgroundColor), below);
   }, rgba(getComputedStyle(document.documentElement).colorScheme.includes("dark") && matchMedia("(prefers-color-scheme: dark)").matches ? "#121212" : "#fff"));
   const faults = [], walker = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
   while (walker.nextNode()) {
     const text = walker.currentNode.data.trim(), node = walker.currentNode.parentElement;
-    if (!text || !node.checkVisibility({ opacityProperty: true, visibilityProperty: true }) || node.closest("[disabled], :disabled, script, style, [aria-hidden=true]")) continue;
+    if (!text || !node.checkVisibility({ opacityProperty: true, visibilityProperty: true }) || node.closest("[disabled], :disabled, [aria-disabled=true], script, style, [aria-hidden=true]")) continue;
+    // What lies behind these is a coloured map, or a bar whose library chooses the ink for it.
+    if (node.closest(".heatmaplayer, .contourlayer, .bartext-inside, .modebar, .hoverlayer")) continue;
     if (node.closest("select") && node.tagName === "OPTION") continue;
     const style = getComputedStyle(node), back = behind(node);
     const opacity = lineage(node).reduce((share, n) => share * Number(getComputedStyle(n).opacity), 1);
-    const ink = kept(node.namespaceURI.endsWith("svg") ? style.fill : style.color);
+    const ink = node.namespaceURI.endsWith("svg") ? fillOf(node) : kept(style.color);
     const front = over([...ink.slice(0, 3), ink[3] * opacity], back), [a, b] = [light(front), light(back)].sort((x, y) => y - x);
     const ratio = (a + 0.05) / (b + 0.05), size = parseFloat(style.fontSize);
     const isLarge = size >= 24 || (size >= 18.66 && Number(style.fontWeight) >= 700);

@@ -180,6 +180,52 @@ def test_the_page_gives_the_numbers_of_the_studies(folder):
     assert [interval["lower_m"], interval["upper_m"]] == pytest.approx(list(ends), rel=1e-12)
 
 
+def test_the_map_of_limits_is_that_of_the_study_and_teeth_are_whole(folder, monkeypatch):
+    import base64
+
+    import numpy as np
+
+    from toolpoint import io, studies
+    from toolpoint.workbench.state.machine_request import MachineRequest
+    from toolpoint.workbench.views import workspace_map
+    from toolpoint.workbench.views.catalogue import machine_deed
+
+    monkeypatch.setattr(workspace_map, "LIMIT_MAP_SIDE", 2)
+    desk, machine = Desk(folder), io.read_machine(folder / "machine.yaml")
+    cut = Project.open(folder).description.cuts["face"].cut
+    answer = machine_deed(desk, "limit_map", MachineRequest.of({"speed": 1200, "cut": "face"}))
+    grid = {axis["name"]: axis["positions"] for axis in answer["axes"]}
+    expected = studies.map_chatter(machine, grid, cut, speeds=[1200.0]).limit.reshape(2, 2)
+    shown = np.frombuffer(base64.b64decode(answer["limit_m"]), "<f4").reshape(2, 2).T  # first axis across
+    np.testing.assert_allclose(shown, expected, rtol=1e-6)
+    assert answer["commands"][0].startswith("toolpoint map-chatter machine.yaml --axis=X=")
+    (slider,) = (one for one in view_of(desk, "lobes").data["cuts"][0]["sliders"] if one["key"] == "teeth")
+    assert (slider["value"], slider["lower"], slider["upper"], slider["step"]) == (5, 1, 10, 1)
+    fewer = machine_deed(desk, "limit", MachineRequest.of({"speed": 1200, "cut": "face", "cut_values": {"teeth": 3}}))
+    dynamics = studies.machine_dynamics(machine, {})
+    chart = studies.chart_lobes(dynamics, {**cut.flat(), "teeth": 3}, speeds=np.array([1200.0])).chart
+    assert fewer["limit"]["limit_m"] == pytest.approx(chart.limit[0], rel=1e-6)
+    assert "--teeth 3" in fewer["commands"][0]
+    with pytest.raises(ToolpointError, match="whole"):
+        machine_deed(desk, "limit", MachineRequest.of({"cut": "face", "cut_values": {"teeth": 3.5}}))
+
+
+def test_two_kept_states_stand_beside_each_other(folder):
+    from toolpoint.project.kept_states import STATES_PLACE
+
+    place = folder / STATES_PLACE
+    place.mkdir(parents=True)
+    for key, date, limit in (("aaaa", "2026-05-04T10:00:00", 3e-3), ("bbbb", "2026-06-01T10:00:00", 2e-3)):
+        (place / f"{key}.json").write_text(json.dumps({"key": key, "date": date, "goals": {"roughing": {
+            "limit_m": limit, "interval_m": [0.9 * limit, 1.1 * limit]}}}))
+    view = view_of(Desk(folder), "compare")  # one machine file alone: the last two states
+    assert (view.data["first"], view.data["second"]) == ("state aaaa", "state bbbb")
+    assert "3 mm" in view.answer and "intervals are apart" in view.answer and view.doubts
+    assert view.commands == ("toolpoint run . --since aaaa --until bbbb",)
+    mixed = view_of(Desk(folder), "compare", {"first": "machine.yaml", "second": "state bbbb"})
+    assert "two kinds" in mixed.answer
+
+
 def test_a_full_disk_loses_no_file_and_says_so(running, monkeypatch):
     import os
 

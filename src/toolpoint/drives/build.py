@@ -114,7 +114,8 @@ def build_mechanics(axis: DriveAxisDescription, nut_position: float | None = Non
         _number(m, "inertia"), _number(m, "screw_inertia"), _number(m, "screw_mass"), table_mass=None, lead_ratio=ratio,
         coupling=_coupling(m),
         bearing=(_number(m, "bearing_stiffness"), m.bearing_damping), nut=(_contact(m, nut) or nut, m.nut_damping),
-        motor_damping=m.motor_damping, guide_damping=m.guide_damping, shaft_friction=shaft)
+        motor_damping=m.motor_damping, guide_damping=m.guide_damping, shaft_friction=shaft,
+        bearing_friction_arm=m.bearing_friction_arm)
 
 
 def _screw_axis(m: MechanicsDescription, nut_position: float, shaft: FrictionLaw | None, guide: FrictionLaw | None
@@ -126,7 +127,7 @@ def _screw_axis(m: MechanicsDescription, nut_position: float, shaft: FrictionLaw
         table_mass=_number(m, "table_mass"), nut_position=nut_position, front_bearing=_number(m, "bearing_stiffness"),
         end_bearing=m.end_bearing_stiffness, nut=_contact(m, nut) or nut, motor_damping=m.motor_damping,
         bearing_damping=m.bearing_damping, nut_damping=m.nut_damping, guide_damping=m.guide_damping, guide_friction=guide,
-        screw_friction=shaft)
+        screw_friction=shaft, bearing_friction_arm=m.bearing_friction_arm)
 
 
 def _coupling(m: MechanicsDescription) -> Coupling:
@@ -184,7 +185,7 @@ def build_controller(axis: DriveAxisDescription) -> Controller:
     """Return the controller of one axis."""
     v, p, e, c = axis.velocity, axis.position, axis.encoders, axis.current
     velocity = VelocityLoop(v.gain, v.integral_time or np.inf, v.sample_time, tuple(build_filter(f) for f in v.filters),
-                            v.delay, v.limit or np.inf)
+                            v.delay, v.limit or np.inf, v.damping_gain, v.damping_sensor)
     position = PositionLoop(p.gain, p.sample_time, p.velocity_feedforward, p.inertia_feedforward, p.friction_feedforward,
                             p.friction_velocity, p.feedback)
     inverter = Inverter() if c is None else Inverter(c.voltage, c.inverter, c.carrier)

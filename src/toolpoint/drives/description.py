@@ -11,6 +11,7 @@ from toolpoint._quantity import Quantity
 PositiveLength = Annotated[float, Quantity("length", "m", above=0)]
 PositiveInertia = Annotated[float, Quantity("moment of inertia", "kg*m^2", above=0)]
 RotationalDamping = Annotated[float, Quantity("rotational damping", "N*m*s/rad", least=0)]
+SignedRotationalDamping = Annotated[float, Quantity("rotational damping", "N*m*s/rad")]
 PositiveMass = Annotated[float, Quantity("mass", "kg", above=0)]
 PositiveStiffness = Annotated[float, Quantity("stiffness", "N/m", above=0)]
 Damping = Annotated[float, Quantity("damping", "N*s/m", least=0)]
@@ -85,6 +86,7 @@ class MechanicsDescription:
     bearing_stiffness: PositiveStiffness | None = None
     end_bearing_stiffness: PositiveStiffness | None = None
     bearing_damping: Damping = 0.0
+    bearing_friction_arm: Length = 0.0
     nut_stiffness: PositiveStiffness | None = None
     nut_damping: Damping = 0.0
     guide_damping: Damping = 0.0
@@ -165,7 +167,10 @@ class TorqueFilterDescription:
 
 @dataclass(frozen=True)
 class VelocityDescription:
-    """Velocity PI loop with filters of the torque command, delay in samples and torque limit."""
+    """Velocity PI loop with filters of the torque command, delay in samples, torque limit, and active damping by the drive.
+
+    `damping_gain` times the speed of the sensor beyond the motor's is added to the torque before its filters.
+    """
 
     gain: PositiveRotationalDamping
     integral_time: PositiveTime | None = None
@@ -173,6 +178,8 @@ class VelocityDescription:
     filters: tuple[TorqueFilterDescription, ...] = ()
     delay: int = 0
     limit: PositiveMoment | None = None
+    damping_gain: SignedRotationalDamping = 0.0
+    damping_sensor: Literal["scale", "tool"] = "scale"
 
 
 @dataclass(frozen=True)

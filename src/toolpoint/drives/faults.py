@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from itertools import pairwise
 
@@ -88,6 +89,12 @@ def _mechanics_faults(m: MechanicsDescription) -> Faults:
         yield ("mechanics", key), f"a {m.kind} axis has none; a rotary one is kind reducer"
     if m.coupling_doubling_twist is not None and m.kind not in ("screw", "ball-screw"):
         yield ("mechanics", "coupling_doubling_twist"), f"a {m.kind} axis has no coupling; use screw or ball-screw"
+    if m.bearing_friction_arm and m.kind not in ("screw", "ball-screw"):
+        yield ("mechanics", "bearing_friction_arm"), f"a {m.kind} axis has no thrust bearing; use screw or ball-screw"
+    elif m.lead is not None and m.bearing_friction_arm >= m.lead / (2 * math.pi):
+        yield (("mechanics", "bearing_friction_arm"),
+               f"{m.bearing_friction_arm:g} m; must be below the travel per radian, {m.lead / (2 * math.pi):.4g} m, or no "
+               "torque moves the table; it is the coefficient of friction times half of the bearing's mean diameter")
     if m.nut_moves and m.kind != "screw":
         yield ("mechanics", "nut_moves"), f"a {m.kind} axis has no nut along a screw; use kind screw"
     if m.kind == "screw" and m.nut_position and m.screw_length and m.nut_position >= m.screw_length:

@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     from toolpoint.io.point_table import read_places
     from toolpoint.io.program.gcode import read as read_program
     from toolpoint.io.program.gcode import read_path
+    from toolpoint.io.program.radius_compensation import CutterRadii
     from toolpoint.io.program.rewriting import SpeedAndFeed
     from toolpoint.io.program.rewriting import write as write_program
     from toolpoint.io.servo_data.controller_records import read as read_servo_data
@@ -70,6 +71,7 @@ if TYPE_CHECKING:
 __all__ = [
     "AxisColumns",
     "BlowFolder",
+    "CutterRadii",
     "LiveInput",
     "SpeedAndFeed",
     "check_noun_name",
@@ -164,6 +166,7 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "page_tables": ("write_tables",),
     "point_table": ("read_places",),
     "program.gcode": ("read as read_program", "read_path"),
+    "program.radius_compensation": ("CutterRadii",),
     "program.rewriting": ("SpeedAndFeed", "write as write_program"),
     "servo_data.controller_records": ("read as read_servo_data",),
     "template_files": ("list_templates", "write_template"),

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import base64
 import shutil
+import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 from urllib.parse import unquote
@@ -12,8 +14,10 @@ from toolpoint._check import ToolpointError
 from toolpoint.io.door import new_files
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "chrome")
-CHART_WAIT_MS = 20_000  # ms for a page to draw its charts
+MAX_CHART_SECONDS, CHART_LOOK_MS = 120.0, 100  # for a page to draw its charts, on a loaded machine too; between two looks
 NAMES = "() => Object.keys(window.toolpointCharts || {})"
+ALL_DRAWN = """() => window.toolpointCharts !== undefined
+  && document.querySelectorAll('.tp-chart').length === Object.keys(window.toolpointCharts).length"""
 DRAW = """async ([name, format, width, scale]) => {
   const chart = window.toolpointCharts[name];
   const height = chart.clientHeight || 420;
@@ -29,6 +33,13 @@ def write_pictures(page: str | Path, folder: str | Path, kind: str, *, width: in
     page = Path(page) / "index.html" if Path(page).is_dir() else Path(page)
     if not page.is_file():
         raise ToolpointError(f"{page}: no such page; check the name and the folder")
+    # In a thread of its own: a notebook's thread runs an event loop, in which playwright refuses to begin.
+    with ThreadPoolExecutor(1) as pool:
+        return pool.submit(_open_and_draw, page, Path(folder), kind, width=width, scale=scale).result()
+
+
+def _open_and_draw(page: Path, folder: Path, kind: str, *, width: int, scale: float) -> list[Path]:
+    """Open a page in a browser and write its charts."""
     try:
         from playwright.sync_api import sync_playwright
     except ImportError:
@@ -42,16 +53,17 @@ def write_pictures(page: str | Path, folder: str | Path, kind: str, *, width: in
             raise ToolpointError(f"{page}: no browser starts ({str(error).splitlines()[0]}); install chromium, or run: "
                                  "playwright install chromium") from None
         try:
-            return _drawn(browser, page, Path(folder), kind, width, scale)
+            return _drawn(browser, page, folder, kind, width=width, scale=scale)
         finally:
             browser.close()
 
 
-def _drawn(browser: Any, page: Path, folder: Path, kind: str, width: int, scale: float) -> list[Path]:
+def _drawn(browser: Any, page: Path, folder: Path, kind: str, *, width: int, scale: float) -> list[Path]:
     tab = browser.new_page(viewport={"width": 1400, "height": 900})
     tab.goto(page.resolve().as_uri())
-    tab.wait_for_function("() => window.toolpointCharts !== undefined", timeout=CHART_WAIT_MS)
-    tab.wait_for_timeout(500)
+    end = time.monotonic() + MAX_CHART_SECONDS
+    while not tab.evaluate(ALL_DRAWN) and time.monotonic() < end:  # the page's policy forbids the waits of playwright
+        tab.wait_for_timeout(CHART_LOOK_MS)
     names = tab.evaluate(NAMES)
     if not names:
         raise ToolpointError(f"{page}: has no chart")

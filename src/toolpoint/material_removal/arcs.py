@@ -144,6 +144,8 @@ def _keep_arc(work, tip, way, edge, ends, arcs, count):
     if math.isnan(entry):
         return count
     leave = _checked_end(work, tip, way, edge, ends[1], entry)
+    if math.isnan(leave):  # only a touch at the other end, thinner than the look from this one
+        return count
     if count < arcs.shape[0]:
         arcs[count, 0], arcs[count, 1] = entry, leave
     else:
@@ -190,6 +192,10 @@ def tool_arcs(work, tip, feed, shape, flute, arcs):
     if reach <= 0.0:
         return 0.0, 0
     arc_number_max, upper = _lay_slices(work, tip, (way, level, feed[2]), shape, reach, arcs)
+    if work.kind == 2 and upper == arcs.shape[0] and reach < highest:
+        # A ridge of a mesh rises above the dexels on both sides of it: laid higher, the slices show where it ends.
+        reach = min(reach + _REACH_MARGIN * work.spacing, highest)
+        arc_number_max, upper = _lay_slices(work, tip, (way, level, feed[2]), shape, reach, arcs)
     for _ in range(_REACH_ROUNDS):
         if upper == 0 or upper == arcs.shape[0]:
             break

@@ -110,8 +110,7 @@ def _end(work, rotation, place, span, starts_inside):
 
 @njit(cache=True, nogil=True)
 def _span_in_box(to_box, box, x, y):
-    """Return the z (m) at which an upright line enters and leaves a rotated box; the second is below the first where it
-    misses it."""
+    """Return the z (m) at which an upright line enters and leaves a rotated box; the second is lower where it misses it."""
     first, last = -math.inf, math.inf
     for k in range(3):
         base, slope = to_box[k, 0] * x + to_box[k, 1] * y, to_box[k, 2]
@@ -148,8 +147,7 @@ def _cross_places(work, rotation, step, first_stock, places, intervals):
 
 @njit(cache=True, nogil=True)
 def _cross_line(work, rotation, step, first_stock, place, intervals):
-    """Write the intervals of the earlier work on a line, sampled in steps (m); return their number, which may exceed the
-    room."""
+    """Write the intervals of the earlier work on a line, sampled in steps (m); return their number, also beyond the room."""
     span = _span_in_box(first_stock[0], first_stock[1], place[0], place[1])
     if span[1] < span[0]:
         return 0

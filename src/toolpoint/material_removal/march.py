@@ -74,7 +74,7 @@ def _body_table(bodies: Sequence[Sequence[tuple[float, FloatArray]]]) -> tuple[n
 
 @njit(cache=True, nogil=True)
 def _march(work, span, places, ways, rapid, flutes, bodies, out):  # type: ignore[no-untyped-def]
-    """Cut the pieces of a span; write their volumes, contacts, and the arcs at their places."""
+    """Cut the pieces of a span one after another; write their volumes, contacts, and the arcs at their places."""
     first_place, at_start, is_sampled = places
     reach, arcs, arc_count, volume, touched, held = out
     numbers, lifts, rows = bodies

@@ -91,7 +91,8 @@ def stock_has(work, x, y, z):
 
 @njit(cache=True, nogil=True)
 def _end_between(work, fx, fy, n, end):
-    """Return an end of a mesh's interval between four dexels, bilinear where all have it, else the nearest one's."""
+    """Return an end of a mesh's interval between four dexels: bilinear where all have it, else the nearest one's; beside an
+    edge of the mesh where the faces on both sides meet."""
     i, j = math.floor(fx), math.floor(fy)
     near_i, near_j = math.floor(fx + 0.5), math.floor(fy + 0.5)
     nearest_end = work.intervals[near_i, near_j, n, end]
@@ -101,7 +102,35 @@ def _end_between(work, fx, fy, n, end):
     a, b = work.intervals[i, j, n, end], work.intervals[i + 1, j, n, end]
     c, d = work.intervals[i, j + 1, n, end], work.intervals[i + 1, j + 1, n, end]
     value = (1 - u) * (1 - v) * a + u * (1 - v) * b + (1 - u) * v * c + u * v * d
-    return nearest_end if math.isnan(value) else value
+    if math.isnan(value):
+        return nearest_end
+    if i < 1 or j < 1 or i + 2 >= work.intervals.shape[0] or j + 2 >= work.intervals.shape[1]:
+        return value
+    ends, limit = work.intervals[:, :, n, end], _WALL_BEND * work.spacing
+    along_x = (1 - v) * _past_edge(ends[i - 1, j], a, b, ends[i + 2, j], u, limit) + v * _past_edge(
+        ends[i - 1, j + 1], c, d, ends[i + 2, j + 1], u, limit)
+    along_y = (1 - u) * _past_edge(ends[i, j - 1], a, c, ends[i, j + 2], v, limit) + u * _past_edge(
+        ends[i + 1, j - 1], b, d, ends[i + 1, j + 2], v, limit)
+    return along_x if abs(along_x - value) > abs(along_y - value) else along_y
+
+
+@njit(cache=True, nogil=True, inline="always")
+def _past_edge(before, first, second, behind, share, limit):
+    """Return the height (m) at a share between two dexels; where these make an edge by the lines of those on either side.
+
+    limit : bend (m) from which on it is an edge; a smooth face stays linear.
+    """
+    linear = (1 - share) * first + share * second
+    left, right = first + share * (first - before), second - (1 - share) * (behind - second)
+    if math.isnan(left) or math.isnan(right):
+        return linear
+    bend_left, bend_right = before - 2 * first + second, first - 2 * second + behind
+    if (abs(bend_left) < limit and abs(bend_right) < limit) or bend_left * bend_right < 0:
+        return linear
+    # The lines cross between the dexels: over a ridge the lower of them counts, in a valley the higher one.
+    if bend_left + bend_right < 0:
+        return max(min(left, right), linear)
+    return min(max(left, right), linear)
 
 
 @njit(cache=True, nogil=True)

@@ -50,6 +50,9 @@ def residues(frf: Frf, poles: ComplexArray, lower: bool = True, *, upper: bool =
     if poles.size > 1 and distance.min() < 1e-6 * size.min():
         fail("poles", "two poles coincide", "must differ", remedy="use method='refined', which parts them by their references")
     p = laplace(frf)
+    if lower and (p == 0).any():
+        fail("frf", "a line at 0 Hz", "must not be there for a lower residual, which is infinite there",
+             remedy="leave the line out (frf.between), or the residual (lower=False)")
     terms = [pole_terms(p, poles).reshape(p.size, -1)]
     terms += [(1 / p**2)[:, None]] if lower else []
     terms += [np.ones((p.size, 1), complex)] if upper else []

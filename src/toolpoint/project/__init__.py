@@ -13,11 +13,13 @@ if TYPE_CHECKING:
     from toolpoint.project.engine.run import StepEvent
     from toolpoint.project.entering import add_files, add_part, guess_kind
     from toolpoint.project.folder import Project
+    from toolpoint.project.kept_states import KeptState
     from toolpoint.project.results import ProjectResults
+    from toolpoint.project.state_difference import StateDifference
     from toolpoint.project.template import write_folder
 
-__all__ = ["Project", "ProjectResults", "StepEvent", "TriedCut", "add_files", "add_part", "change_machine", "guess_kind",
-           "write_demo", "write_folder"]
+__all__ = ["KeptState", "Project", "ProjectResults", "StateDifference", "StepEvent", "TriedCut", "add_files", "add_part",
+           "change_machine", "guess_kind", "write_demo", "write_folder"]
 
 __getattr__, __dir__ = export_lazily(__name__, {
     "toolpoint.machine.description.project_plan": ("TriedCut",),
@@ -26,6 +28,8 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "engine.run": ("StepEvent",),
     "entering": ("add_files", "add_part", "guess_kind"),
     "folder": ("Project",),
+    "kept_states": ("KeptState",),
     "results": ("ProjectResults",),
+    "state_difference": ("StateDifference",),
     "template": ("write_folder",),
 })

@@ -24,6 +24,7 @@ from toolpoint.project.engine.drafts import write_whole
 from toolpoint.project.engine.outlook import StepOutlook, foresee_steps, open_cache
 from toolpoint.project.engine.plan import plan_steps
 from toolpoint.project.engine.run import STATE_FOLDER, Listener, RunResult, run_steps
+from toolpoint.project.kept_states import KeptState, find_state, keep_state, read_states
 from toolpoint.project.results import ProjectResults, gather_results
 from toolpoint.project.steps.plain_files import read_json
 
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
     from toolpoint.project.limits.coupled_tool import CoupledDraws
     from toolpoint.project.limits.drawn_limits import DrawnLimits
     from toolpoint.project.programs.run_files import ProgramRun
+    from toolpoint.project.state_difference import StateDifference
 
 PROJECT_FILE, RESULT_FILE = "project.yaml", "results/project.json"
 LISTED_LOBES = 8  # engagements of a program whose lobes its page shows
@@ -41,7 +43,16 @@ TRIED_HEAD = ("# Cuts that were tried, as `toolpoint tried` reports them; a line
 
 @dataclass(frozen=True)
 class Project:
-    """A folder that holds ``project.yaml``: `run` brings its results up to date, `results` are those of the last run."""
+    """A folder that holds ``project.yaml``: `run` brings its results up to date, `results` are those of the last run.
+
+    >>> import tempfile
+    >>> text = "toolpoint: 1\\nname: mill\\ncuts: {face: {diameter: 50 mm, teeth: 5, immersion: 0.6, material: al7075}}\\n"
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     _ = Path(folder, "project.yaml").write_text(text, encoding="utf-8")
+    ...     project = Project.open(folder)
+    ...     project.description.name, list(project.description.cuts), project.states
+    ('mill', ['face'], ())
+    """
 
     folder: Path
 
@@ -81,7 +92,25 @@ class Project:
                                  absent_parts=self.chain.absent_parts, version=toolpoint.__version__)
         if not steps:  # of some steps alone it would lose the answers of the others
             write_whole(self.folder / RESULT_FILE, json.dumps(results.to_dict(), indent=1) + "\n")
+            keep_state(self.folder, self.chain.steps, results.data["goals"])
         return results
+
+    @property
+    def states(self) -> tuple[KeptState, ...]:
+        """Answers of the last runs of the whole project, the oldest first; a run that changes nothing adds none."""
+        return read_states(self.folder)
+
+    def compare_states(self, older: str, newer: str = "") -> StateDifference:
+        """Return how the answers of two kept states differ.
+
+        older, newer : the beginning of a date or a key of `states`; the last one where `newer` is left out, and for `older` the
+        last before it that fits. Raises ToolpointError, with the list of the states, for one that is not kept.
+        """
+        from toolpoint.project.state_difference import StateDifference
+
+        states = self.states
+        last = find_state(states, newer) if newer or not states else states[-1]
+        return StateDifference(find_state([state for state in states if state != last], older), last)
 
     def _run_steps(self, steps: Sequence[str], workers: int, overwrite: bool, listen: Listener) -> RunResult:
         plan = plan_steps(self.chain.steps, self.folder).chosen(steps)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from toolpoint._doubt import Doubt, mark_notes
 from toolpoint._notebook import NotebookText
@@ -14,6 +14,9 @@ from toolpoint.project.engine.record import TracedDoubt
 from toolpoint.project.engine.run import RunResult, StepEvent
 from toolpoint.project.engine.step import ProjectStep, result_path
 from toolpoint.project.steps.plain_files import plain, read_json
+
+if TYPE_CHECKING:
+    from toolpoint.project.state_difference import StateDifference
 
 CERTAIN_PROBABILITY, UNLIKELY_PROBABILITY = 0.95, 0.05  # of a stable cut, from which it is called stable, or not
 METHODS = (
@@ -33,13 +36,15 @@ ASSUMPTIONS = (
 class ProjectResults(NotebookText):
     """Results of a project as its JSON holds them.
 
-    data : plain data, SI: answers, goals, programs, contours, changes, next, steps, doubts, missing, assumptions, methods.
+    data : plain data, SI: answers, goals, programs, contours, changes, next, steps, doubts, missing, assumptions, methods;
+    difference : of two kept states, where it was asked for.
 
     >>> ProjectResults({"goals": {"rough": {"limit_m": 3e-3}}}).goal("rough")["limit_m"]
     0.003
     """
 
     data: Mapping[str, Any]
+    difference: StateDifference | None = None
 
     @property
     def answers(self) -> tuple[str, ...]:
@@ -52,12 +57,17 @@ class ProjectResults(NotebookText):
         traced = [TracedDoubt.of(entry) for entry in self.data["doubts"]]
         # What several steps doubt alike is said once, for the first of them.
         first = {str(entry.doubt): entry for entry in reversed(traced)}
-        return tuple(entry.doubt.within(entry.step) for entry in traced if first[str(entry.doubt)] is entry)
+        doubts = (entry.doubt.within(entry.step) for entry in traced if first[str(entry.doubt)] is entry)
+        return (*doubts, *(() if self.difference is None else self.difference.doubts))
 
     @property
     def next_steps(self) -> tuple[str, ...]:
         """Next things to do, in words."""
         return tuple(self.data["next_steps"])
+
+    def beside(self, difference: StateDifference) -> ProjectResults:
+        """Return the results with the difference of two kept states beside them."""
+        return ProjectResults({**self.data, "difference": difference.to_dict()}, difference)
 
     def goal(self, name: str) -> Mapping[str, Any]:
         """Return the numbers of a goal, SI."""
@@ -69,6 +79,7 @@ class ProjectResults(NotebookText):
         rows = [*self.answers, *mark_notes(self.doubts), "Steps", *steps]
         changes = [f"  {change['words']}" for change in self.data["changes"][:3]]
         rows += ["What to change", *changes] if changes else []
+        rows += [self.difference.evidence()] if self.difference is not None else []
         return "\n".join([*rows, *(["Next", *(f"  {line}" for line in self.next_steps)] if self.next_steps else [])])
 
     def to_dict(self) -> dict[str, Any]:

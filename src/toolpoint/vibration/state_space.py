@@ -103,11 +103,18 @@ class StateSpace(NotebookText):
                        sample_time=step, hold=hold)
 
     def response(self, frequency: FloatArray) -> ComplexArray:
-        """Return C (s I - A)^-1 B + D at s = i w (z = exp(i w T) if discrete), shape (n_f, n_outputs, n_inputs)."""
+        """Return C (s I - A)^-1 B + D at s = i w (z = exp(i w T) if discrete), shape (n_f, n_outputs, n_inputs).
+
+        Raises ToolpointError where a line lies on an undamped pole: the response is infinite there.
+        """
         w = 2 * np.pi * floats("frequency", np.atleast_1d(frequency))
         s = 1j * w if self.sample_time is None else np.exp(1j * w * self.sample_time)
         resolvent = s[:, None, None] * np.eye(self.size) - self.a
-        states = np.linalg.solve(resolvent, np.broadcast_to(self.b + 0j, (w.size, *self.b.shape)))
+        try:
+            states = np.linalg.solve(resolvent, np.broadcast_to(self.b + 0j, (w.size, *self.b.shape)))
+        except np.linalg.LinAlgError:
+            fail("frequency", "a line on an undamped pole", "must lie beside the poles: the response is infinite there",
+                 remedy="leave 0 Hz out where a system is free to move")
         return np.asarray(self.c @ states + self.d, complex)
 
     def frf(self, frequency: FloatArray, quantity: str = "receptance") -> Frf:

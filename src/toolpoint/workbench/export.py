@@ -12,7 +12,7 @@ from urllib.parse import quote
 
 import numpy as np
 
-from toolpoint._check import ToolpointError
+from toolpoint._check import FloatArray, ToolpointError
 from toolpoint.project.steps.plain_files import plain
 from toolpoint.workbench.state.desk import Desk
 from toolpoint.workbench.state.machine_request import MachineRequest
@@ -109,6 +109,12 @@ def _machine_states(desk: Desk, data: Mapping[str, Any], progress: Progress) -> 
     return states
 
 
+def _slider_values(slider: Mapping[str, Any]) -> FloatArray:
+    """Return the values of a slider for which limits are computed; whole ones where it takes no others."""
+    values: FloatArray = np.geomspace(slider["lower"], slider["upper"], EXPORTED_CUT_VALUES)
+    return np.unique(np.round(values)) if slider.get("step") == 1 else values
+
+
 def _limit_states(desk: Desk, data: Mapping[str, Any], progress: Progress) -> list[dict[str, Any]]:
     """Return the limits of every cut over its speeds, and with every number of it changed, one at a time."""
     states = []
@@ -118,7 +124,7 @@ def _limit_states(desk: Desk, data: Mapping[str, Any], progress: Progress) -> li
         requests: list[tuple[float, dict[str, float]]] = [(speed, {}) for speed in sorted(
             {*np.linspace(lower, upper, EXPORTED_SPEEDS).tolist(), goal_speed})]
         requests += [(goal_speed, {slider["key"]: float(value)}) for slider in cut["sliders"]
-                     for value in np.geomspace(slider["lower"], slider["upper"], EXPORTED_CUT_VALUES)]
+                     for value in _slider_values(slider)]
         for number, (speed, values) in enumerate(requests):
             progress(f"limits of {cut['name']}", number, len(requests))
             try:

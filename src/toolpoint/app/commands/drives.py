@@ -39,6 +39,9 @@ def drive(run: Frame, drives: Annotated[SourceFile, Argument()], *,
                                                  "without it such an axis may only position.", metavar="AXIS")] = (),
           feed: Annotated[float | None, Help("Feed of cuts before the program's first F.", metavar="MM/MIN", above=0,
                                              scale=1 / 60e3)] = None,
+          cutter_radius: Annotated[float | None, Help("Radius of the tool for G41 and G42 of the program, mm; 0 where it holds "
+                                                      "the path of the centre.", scale=1e-3, minimum=0,
+                                                      needs="--program")] = None,
           steps: Annotated[tuple[Step, ...], Help(
               "Step test instead: set point of the current (A, or % of its limit), velocity or position loop, the loops "
               "outside it open; several times.", name="--step", metavar="X:velocity=500mm/min")] = (),
@@ -80,7 +83,7 @@ def drive(run: Frame, drives: Annotated[SourceFile, Argument()], *,
             run.show_text(*mark_notes(doubts))
             run.show_rest()
         return
-    parsed_program = None if program is None else io.read_program(program, feed=feed)
+    parsed_program = None if program is None else io.read_program(program, feed=feed, cutter_radius=cutter_radius)
     path, remarks = (None, ()) if parsed_program is None else (parsed_program.path, parsed_program.notes)
     experiment = studies.run_drives(description, path=path, circle=circle, machine=built, pose=pose, ideal=ideal,
                                     remarks=remarks, progress=run.step)

@@ -88,6 +88,10 @@ class ToolAbove:
     spindle_curve: Annotated[tuple[tuple[float, float], ...], Reading(read_curve, "RPM:NM,..., for example 1500:60,12000:8"),
                              Help("Torque of the spindle over its speed.", metavar="RPM:NM,...")] = ()
     spindle_speed: Annotated[float, Help("Highest spindle speed, rev/min.", above=0)] = float("inf")
+    rotary_speed: Annotated[float, Help("Highest speed of rotary axes, °/s: five-axis feeds keep it.", above=0,
+                                        scale=0.017453292519943295)] = float("inf")
+    rotary_acceleration: Annotated[float, Help("Highest acceleration of rotary axes, °/s².", above=0,
+                                               scale=0.017453292519943295)] = float("inf")
     bending: Annotated[float, Help("Bending moment that the tool bears at the holder, N m.", above=0)] = float("inf")
 
 
@@ -131,6 +135,8 @@ def machining(run: Frame, program: Annotated[SourceFile, Argument()], dynamics: 
               speed: Annotated[float, Help("Spindle speed where the program holds no S, rev/min.", minimum=0)] = 0.0,
               first_feed: Annotated[float | None, Help("Feed of cuts before the program's first F.", metavar="MM/MIN", above=0,
                                                        scale=1 / 60e3)] = None,
+              wear_only: Annotated[bool, Help("G41 and G42 (RL, RR) correct wear alone: the program holds the path of the "
+                                              "tool's centre.", name="--wear-only")] = False,
               drives: Annotated[SourceFile | None, Help("Drive file: feeds are the planner's, and the servo follows under the "
                                                       "cutting forces.")] = None,
               spacing: Annotated[float, Help("Of the dexels, mm; a twentieth of the smallest radius where left out.",
@@ -155,7 +161,8 @@ def machining(run: Frame, program: Annotated[SourceFile, Argument()], dynamics: 
     stock_faces = None if stock[1] else io.read_surface(Path(stock[0]))
     servo = None if drives is None else io.read_drives(drives)
     material = studies.stock_of(*stock, stock_faces)
-    parsed = io.read_program(program, start=(0.0, 0.0, float(material.upper[2]) + 0.1), feed=first_feed)
+    parsed = io.read_program(program, start=(0.0, 0.0, float(material.upper[2]) + 0.1), feed=first_feed,
+                             cutter_radius=io.CutterRadii.of_cuts(described, cuts, wear_only=wear_only))
     text = program.read_text(encoding="utf-8-sig", errors="replace")
     limits = studies.CuttingLimits(above.spindle_power, above.spindle_torque, above.bending, above.spindle_speed,
                                    above.spindle_curve)
@@ -163,7 +170,7 @@ def machining(run: Frame, program: Annotated[SourceFile, Argument()], dynamics: 
         material, described, cuts=cuts, taper=above.taper, stick_out=above.stick_out,
         stick_outs=dict(above.stick_outs), holder_diameter=above.holder,
         zero=dynamics.zero or {}, speed=speed, spacing=spacing, limits=limits, part=part_faces,
-        drives=servo)
+        drives=servo, rotary_speed=above.rotary_speed, rotary_acceleration=above.rotary_acceleration)
     if parsed.is_tilted:
         staged = studies.run_stages(parsed, setup, source, name=program.name, text=text, lobes=lobes, folder=folder,
                                     tips=tips_of_tools,

@@ -17,7 +17,11 @@ PROJECT_PAGE = "report.html"  # in the project's folder, where no --output is gi
 def run_project(run: Frame, folder: Annotated[AnyPath, Argument()], steps: Annotated[tuple[str, ...], Argument()] = (), *,
                 explain: Annotated[bool, Help("Say of every step why it runs, or why it need not.")] = False,
                 workers: Annotated[int, Help("Steps that run side by side, each in a process of its own.", minimum=1)] = 1,
-                overwrite: Annotated[bool, Help("Compute results again that somebody changed by hand.")] = False) -> None:
+                overwrite: Annotated[bool, Help("Compute results again that somebody changed by hand.")] = False,
+                since: Annotated[str, Help("Also what differs from the answers of an earlier run: its date or key, or their "
+                                           "beginnings; a wrong one lists those that are kept.", metavar="DATE")] = "",
+                until: Annotated[str, Help("Of a run that is not the last one.", metavar="DATE", needs="--since")] = ""
+                ) -> None:
     """Bring a project up to date: from records over modes, joints and machine to limits, changes and the next test.
 
     FOLDER holds project.yaml (`toolpoint new project`). STEPs are run with all that they rest on; all where none is named. Only
@@ -37,6 +41,8 @@ def run_project(run: Frame, folder: Annotated[AnyPath, Argument()], steps: Annot
         lines.append(f"{event.decision.step}: {event.decision.action}, {event.decision.reason}")
 
     results = opened.run(steps, workers=workers, overwrite=overwrite, listen=listen)
+    if since:
+        results = results.beside(opened.compare_states(since, until))
     if explain:
         run.show_text(*lines)
     run.present(pages.project_page, results, run.warnings)

@@ -96,13 +96,15 @@ class MilledPath:
     line: Annotated[tuple[Place, ...], Help("A line: twice, its start and end.", metavar="X,Y,Z")] = ()
     points: Annotated[SourceFile | None, Help("A CSV of places x,y,z (m) along which the tool goes.")] = None
     program: Annotated[SourceFile | None, Help("A G-code program; its zero lies at --centre, its plane is --plane.")] = None
+    cutter_radius: Annotated[float | None, Help("Radius of the tool for G41 and G42 of the program, mm; 0 where it holds the "
+                                                "path of the centre.", scale=1e-3, minimum=0, needs="--program")] = None
     feed: Annotated[float, Help("Feed, mm/min.", scale=1 / 60e3)] = 300.0
     law: Annotated[Literal["quintic", "jerk-limited"], Help("Motion law.")] = "quintic"
 
     def sides(self) -> tuple[PathSide, ...]:
         """Return the sides of the path."""
         points = None if self.points is None else io.read_places(self.points)
-        path = None if self.program is None else io.read_path(self.program)
+        path = None if self.program is None else io.read_path(self.program, cutter_radius=self.cutter_radius)
         return studies.lay_path(square_side=self.square, ends=self.line, points=points, path=path, centre=self.centre,
                                 plane=self.plane, feed=self.feed, law=self.law)
 

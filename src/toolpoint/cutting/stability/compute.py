@@ -43,7 +43,7 @@ def chart(
     Raises
     ------
     ToolpointError
-        For speeds or depths of zero, or where the method does not suit the problem.
+        For speeds or depths of zero, for a response of zeros, or where the method does not suit the problem.
 
     Warns
     -----
@@ -72,6 +72,7 @@ def chart(
              remedy="a name becomes one with method_named(name); leave it out for the one that suits the cut")
     n = check_speeds(speeds)
     depth_max = positive("depth_max", depth_max, 10.0)
+    _check_motion(problem)
     remarks = coverage(problem, n)
     chosen = Automatic() if method is None else method
     end = limit_static_part(problem) if isinstance(problem, MillingProblem) else float("inf")
@@ -83,3 +84,12 @@ def chart(
     if problem.plane.draws is not None:
         result = with_drawn_limits(result, problem, default_method(problem) if method is None else method)
     return result.noted(*remarks, *([] if result.search == "complete" else [result.search]), *result.doubts)
+
+
+def _check_motion(problem: Problem) -> None:
+    """Refuse a response that is zero at every line or in every mode: such a cut has no limit, and labels are at fault."""
+    plane = problem.plane
+    motion = plane.residues if plane.is_modal else plane.lines[1]
+    if motion.size and not motion.any():
+        fail("dynamics", "a response of zeros", "must move the tool in a direction of the cut",
+             remedy="check the labels of the directions, and the shapes there")

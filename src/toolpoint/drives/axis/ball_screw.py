@@ -16,7 +16,7 @@ from toolpoint.drives.axis.catalogue import (
 )
 from toolpoint.drives.axis.mechanics import MassChain, Mechanics, Play, Rub
 from toolpoint.drives.friction.contact import Contact, ProgressiveSpring
-from toolpoint.drives.friction.laws import FrictionLaw
+from toolpoint.drives.friction.laws import Coulomb, FrictionLaw
 
 
 @dataclass(frozen=True)
@@ -94,7 +94,7 @@ def ball_screw_axis(
     front_bearing: float, end_bearing: float | None = None, nut: Contact | float = 1e9,
     motor_damping: float = 0.0, bearing_damping: float = 0.0, nut_damping: float = 0.0, guide_damping: float = 0.0,
     guide_friction: FrictionLaw | None = None, screw_friction: FrictionLaw | None = None,
-    saddle: tuple[float, float, float] | None = None,
+    bearing_friction_arm: float = 0.0, saddle: tuple[float, float, float] | None = None,
 ) -> Mechanics:
     r"""Return the axis motor - coupling - screw (front, middle, end) - nut - saddle - table.
 
@@ -115,6 +115,8 @@ def ball_screw_axis(
         Preloaded nut or backlash; a number is a linear stiffness, N/m.
     guide_friction, screw_friction : FrictionLaw
         Between table and base (N); on the motor shaft (N m).
+    bearing_friction_arm : float
+        Friction torque of a thrust bearing per N of its axial load, m: mu d_m/2 of `bearing_friction`.
     saddle : (mass, stiffness, damping), optional
         Saddle between nut and table, kg, N/m, N s/m.
 
@@ -144,7 +146,10 @@ def ball_screw_axis(
         chain.spring({"saddle": 1, "table": -1}, stiffness, damping)
     chain.spring({"table": 1, "base": -1}, 0.0, guide_damping)
     return chain.build(motor={"motor": 1.0}, table={"table": 1.0}, scale={"table": 1.0, "base": -1.0}, lead=screw.ratio,
-                      boundaries=("base",), friction=_friction(guide_friction, screw_friction), contacts=contacts)
+                      boundaries=("base",), contacts=contacts, friction=(
+                          *_friction(guide_friction, screw_friction),
+                          *bearing_friction("front", "x_front", stiffness=front_bearing, arm=bearing_friction_arm),
+                          *bearing_friction("end", "x_end", stiffness=end_bearing or 0.0, arm=bearing_friction_arm)))
 
 
 def _rotation(chain: MassChain, rotor: float, damping: float, coupling: Coupling, screw: BallScrew, x: float) -> None:
@@ -190,18 +195,41 @@ def _friction(guide: FrictionLaw | None, screw: FrictionLaw | None) -> tuple[Rub
     return tuple(parts)
 
 
+def bearing_friction(turn: str, shift: str, *, stiffness: float, arm: float) -> tuple[Rub, ...]:
+    r"""Return the friction of a thrust bearing that grows with its axial load.
+
+    .. math:: T = \tfrac12 \mu d_m |F_a| \, \mathrm{sgn}(\omega)
+
+    turn, shift : coordinates of the screw at the bearing, rad and m. stiffness : of the bearing, N/m; F_a is the force of its
+    spring. arm : mu d_m/2, the coefficient of friction times half of the mean diameter, m; 0.003 times 20 mm or so for balls in
+    angular contact. What a preload rubs without load is part of the shaft's own friction.
+    Source: SKF, Rolling bearings (2018), friction, estimate M = 0.5 mu P d.
+
+    Examples
+    --------
+    >>> bearing_friction("screw", "x_screw", stiffness=4e8, arm=6e-5)[0].load
+    {'x_screw': 400000000.0, 'base': -400000000.0}
+    """
+    if scalar("bearing_friction_arm", arm) < 0:
+        fail("bearing_friction_arm", f"{arm:g} m", "must not be negative")
+    if arm == 0.0 or stiffness == 0.0:
+        return ()
+    return (Rub({turn: 1.0}, Coulomb(0.0), "bearing", {shift: stiffness, "base": -stiffness}, arm),)
+
+
 def four_dof_axis(
     motor_inertia: float, screw_inertia: float, screw_mass: float, *, table_mass: float | None, lead_ratio: float,
     coupling: Coupling | tuple[float, float], bearing: tuple[float, float], nut: tuple[Contact | float, float],
     motor_damping: float = 0.0, guide_damping: float = 0.0, shaft_friction: FrictionLaw | None = None,
-    guide_friction: FrictionLaw | None = None,
+    guide_friction: FrictionLaw | None = None, bearing_friction_arm: float = 0.0,
 ) -> Mechanics:
     """Return the four-DOF chain motor -(K_C)- coupling and screw -(K_S, C_S axial)- ball screw -(K_T, C_T)- table.
 
     Coordinates: motor angle, screw angle, axial displacement of the screw, table. Pairs are (stiffness, damping);
     a `Coupling` may be progressive, its inertia is part of the screw's.
     `lead_ratio` is R_l in m/rad. Friction on the motor shaft is in N m, on the guide in N, `guide_damping` in N s/m
-    between table and base; a nut with backlash or preload is a `Contact` in place of its stiffness. With `table_mass` None
+    between table and base; a nut with backlash or preload is a `Contact` in place of its stiffness; `bearing_friction_arm` (m)
+    as in `bearing_friction`. With `table_mass` None
     the table belongs to the machine's structure: a boundary as the base is.
     Source: Machines 10 (2022) 1102, figure 2.
 
@@ -228,6 +256,7 @@ def four_dof_axis(
     chain.spring(row, law.reference_stiffness if isinstance(law, Contact) else law, nut_damping)
     return chain.build(motor={"motor": 1.0}, table={"table": 1.0}, scale={"table": 1.0, "base": -1.0}, lead=lead_ratio,
                       boundaries=("base",) if table_mass is not None else ("base", "table"),
-                      friction=_friction(guide_friction, shaft_friction),
+                      friction=(*_friction(guide_friction, shaft_friction),
+                                *bearing_friction("screw", "x_screw", stiffness=bearing[0], arm=bearing_friction_arm)),
                       contacts=(*((Play(row, law),) if isinstance(law, Contact) else ()),
                                 *joined.progression({"motor": 1.0, "screw": -1.0})))

@@ -17,11 +17,20 @@ Row = Mapping[str, float]
 
 @dataclass(frozen=True)
 class Rub:
-    """Friction along a relative coordinate: `row` names coordinates with their weights, `law` the force that opposes it."""
+    """Friction along a relative coordinate: `row` names coordinates with their weights, `law` the force that opposes it.
+
+    load : Row, optional
+        Force that presses the surfaces, N per m of each coordinate (a bearing's spring); the dry level of the law grows by
+        `load_arm` times its size.
+    load_arm : float
+        Friction torque per N of that force, m.
+    """
 
     row: Row
     law: FrictionLaw
     name: str = "friction"
+    load: Row | None = None
+    load_arm: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -89,7 +98,9 @@ class Mechanics(NotebookText):
             weak = [self.coordinates[i] for i in free if self.mass[i, i] <= 0]
             fail("Mechanics.mass", f"no inertia at {', '.join(weak) or 'a combination of coordinates'}",
                  "every free coordinate must have inertia", remedy="give the missing mass or moment of inertia")
-        for row in (self.motor, self.table, self.scale, *(x.row for x in self.friction), *(x.row for x in self.contacts)):
+        loads = [rub.load for rub in self.friction if rub.load is not None]
+        rows = [*loads, *(rub.row for rub in self.friction), *(play.row for play in self.contacts)]
+        for row in (self.motor, self.table, self.scale, *rows):
             self.vector(row)
 
     @property

@@ -110,7 +110,8 @@ class Plant(NotebookText):
     u holds (u_d, u_q) of every axis, V (0 and torque for a TorqueMotor); d the force on every table, N; w the friction,
     contact and bilinear terms (the viscous part of friction is in A). Outputs of every axis: motor angle and speed,
     scale, i_d, i_q, table, table against tool. `laws` are the records (`friction.records.LAW`) of the friction and contact
-    laws, `viscous` their viscous parts, `products` the pairs of scalars whose products are the bilinear terms.
+    laws, `viscous` their viscous parts, `products` the pairs of scalars whose products are the bilinear terms; `loads`
+    (n_laws, n_states) the forces, N, that press the surfaces of laws with a `load_arm`.
     """
 
     axes: tuple[DriveAxis, ...]
@@ -123,6 +124,7 @@ class Plant(NotebookText):
     laws: np.ndarray
     viscous: FloatArray
     products: np.ndarray
+    loads: FloatArray
     states: tuple[str, ...]
 
     def output(self, axis: int | str, name: str) -> FloatArray:
@@ -196,6 +198,7 @@ class _Assembly:
         self.columns: list[FloatArray] = []
         self.laws: list[np.ndarray] = []
         self.viscous: list[float] = []
+        self.loads: list[FloatArray] = []
         self.scalars: list[FloatArray] = []
         self.bilinear: list[FloatArray] = []
         self.factors: list[tuple[FloatArray, FloatArray]] = []
@@ -217,7 +220,7 @@ class _Assembly:
         return Plant(self.axes, frozen(self.a), frozen(self.b_input), frozen(self.b_force),
                      frozen(stacked(self.columns + self.bilinear, n).T.copy()), frozen(stacked(scalars, n)),
                      frozen(np.array(outputs)), frozen(laws), frozen(np.array(self.viscous)), products,
-                     self.states)
+                     frozen(stacked(self.loads, n)), self.states)
 
     def _rows(self, i: int) -> tuple[FloatArray, FloatArray]:
         """Return displacement and velocity of all coordinates (free and boundary) as rows over the states."""
@@ -256,9 +259,14 @@ class _Assembly:
         self.a += self._push(i, -(mechanics.stiffness @ place + mechanics.damping @ rate))
         motor, table = mechanics.vector(mechanics.motor), mechanics.vector(mechanics.table)
         for rub in mechanics.friction:
-            self._law(i, rub.row, rub.law.record, rate, -1.0)
+            law, load = rub.law.record, np.zeros(self.a.shape[0])
+            if rub.load is not None:
+                law["load_arm"], load = rub.load_arm, mechanics.vector(rub.load) @ place
+            self._law(i, rub.row, law, rate, -1.0)
+            self.loads.append(load)
         for play in mechanics.contacts:
             self._law(i, play.row, play.law.record, place, 1.0)
+            self.loads.append(np.zeros(self.a.shape[0]))
         speed = motor @ rate
         currents = np.zeros((2, self.a.shape[0]))
         torque = self._push(i, motor)

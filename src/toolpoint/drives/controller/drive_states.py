@@ -1,7 +1,8 @@
 r"""Response of a machine to forces with its drives on, off, shorted and braked: the loops as their frequency responses.
 
 With the plant :math:`\dot x = A x + B_u u + B_d d` and set points that stand still, every axis feeds back
-:math:`u_q = -h_c [C_i (i_q + s_v C_v / k_t (\dot\theta_m + s_p K_v x_m / p))]`. C are the responses of the sampled controllers
+:math:`u_q = -h_c [C_i (i_q + s_v / k_t (C_v (\dot\theta_m + s_p K_v x_m / p) - F_v G_d (\dot x_s / p - \dot\theta_m)))]`,
+with the damping gain G_d of a sensor x_s and the filters F_v of the torque. C are the responses of the sampled controllers
 (:math:`z = e^{j \omega T}`), h the hold of the current loop's samples, s the mean of a slower loop's step over the faster one's
 samples, p the travel for each radian. What sampling mirrors about half a loop's rate is left out. Linear at rest: dry friction,
 which holds a table that small forces push, is not in it. Source: Franklin, Powell, Workman, Digital Control of Dynamic Systems,
@@ -15,7 +16,7 @@ from typing import Literal
 import numpy as np
 
 from toolpoint._check import ComplexArray, FloatArray, floats
-from toolpoint.drives.axis.outputs import ANGLE, CURRENT_Q, OUTPUTS, SCALE, SPEED
+from toolpoint.drives.axis.outputs import ANGLE, CURRENT_Q, OUTPUTS, SCALE, SPEED, TOOL
 from toolpoint.drives.controller.servo import Servo
 from toolpoint.drives.controller.settings import Controller
 
@@ -84,6 +85,10 @@ def _feedback(c: Controller, omega: float, rows: FloatArray) -> ComplexArray:
     position = rows[SCALE] / float(c.lead or 1) if c.position.feedback == "scale" else angle
     step = _mean_of_steps(z_velocity, times.position / times.velocity)
     torque = _velocity_controller(c, z_velocity) * (speed + step * c.position.gain * position)
+    if c.velocity.damping_gain:
+        place = rows[TOOL] if c.velocity.damping_sensor == "tool" else rows[SCALE]
+        stretch_rate = (place / float(c.lead or 1) - angle) * (1 - 1 / z_velocity) / times.velocity
+        torque = torque - c.velocity.damping_gain * _torque_filters(c, z_velocity) * stretch_rate
     reference = torque * _mean_of_steps(z_current, times.velocity / times.current)
     if c.current is None:
         return np.asarray(hold * reference)
@@ -96,10 +101,15 @@ def _feedback(c: Controller, omega: float, rows: FloatArray) -> ComplexArray:
 
 
 def _velocity_controller(c: Controller, z: complex) -> complex:
-    time = c.sample_times.velocity
-    value = c.velocity.gain * (1 + time / c.velocity.integral_time / (z - 1))
+    value = c.velocity.gain * (1 + c.sample_times.velocity / c.velocity.integral_time / (z - 1))
+    return complex(value * _torque_filters(c, z))
+
+
+def _torque_filters(c: Controller, z: complex) -> complex:
+    """Return the filters of the torque command with its delay."""
+    value = 1.0 + 0.0j
     for part in c.velocity.filters:
-        b0, b1, b2, a1, a2 = part.coefficients(time)
+        b0, b1, b2, a1, a2 = part.coefficients(c.sample_times.velocity)
         value *= (b0 + b1 / z + b2 / z**2) / (1 + a1 / z + a2 / z**2)
     return complex(value * z**-c.velocity.delay)
 

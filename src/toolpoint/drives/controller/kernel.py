@@ -32,14 +32,24 @@ def position_sample(p, s, set_point, angle, scale):
 
 
 @njit(cache=True, nogil=True)
-def velocity_sample(p, s, angle, speed, add_speed, add_torque):
-    """Write the torque command (PI of the speed error, filtered, limited, delayed) and the current set point."""
+def velocity_sample(p, s, angle, speed, place, add_speed, add_torque):
+    """Write the torque command (PI of the speed error, damping, filtered, limited, delayed) and the current set point.
+
+    place : scale or tool, m, whose speed beyond that of the motor the damping feeds back.
+    """
     if p.difference:
         reading = quantise(angle, p.angle_resolution)
         speed = (reading - s.last_angle) / p.velocity_sample_time
         s.last_angle = reading
     error = s.speed_set + add_speed - speed
-    torque = filter_torque(p, s, p.velocity_gain * error + s.speed_integral + s.torque_feedforward) + add_torque
+    command = p.velocity_gain * error + s.speed_integral + s.torque_feedforward
+    if p.damping_gain != 0.0:
+        # A table that runs ahead of its motor is damped by a motor that runs after it.
+        position = place if p.damps_tool else quantise(place, p.scale_resolution)
+        stretch = position / p.lead - quantise(angle, p.angle_resolution)
+        command += p.damping_gain * (stretch - s.last_stretch) / p.velocity_sample_time
+        s.last_stretch = stretch
+    torque = filter_torque(p, s, command) + add_torque
     limit = min(p.torque_limit, p.current_limit * p.torque_constant) if p.has_current_loop else p.torque_limit
     limited = min(max(torque, -limit), limit)
     # The integral rests while the limit holds and the error would drive it further in.

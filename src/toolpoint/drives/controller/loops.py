@@ -7,18 +7,18 @@ vanish at zero speed and current). Independent of the simulation kernel, so each
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from toolpoint._check import ComplexArray, FloatArray, fail, floats
+from toolpoint._check import ComplexArray, FloatArray, floats
 from toolpoint._doubt import Doubt, mark_notes
 from toolpoint._notebook import NotebookText
-from toolpoint.drives.axis.outputs import ANGLE, CURRENT_Q, OUTPUTS, SCALE, SPEED
+from toolpoint.drives.axis.outputs import ANGLE, CURRENT_Q, OUTPUTS, SCALE, SPEED, TOOL
 from toolpoint.drives.controller.loop_doubts import doubt_margins
 from toolpoint.drives.controller.servo import Servo
-from toolpoint.drives.controller.settings import Controller
 from toolpoint.vibration import StateSpace
 from toolpoint.vibration.state_space import hold_matrices
 
@@ -170,15 +170,20 @@ class ServoLoops(NotebookText):
     position: LoopLevel
 
     @property
+    def levels(self) -> tuple[LoopLevel, LoopLevel, LoopLevel]:
+        """Levels from the innermost out."""
+        return self.current, self.velocity, self.position
+
+    @property
     def stable(self) -> bool:
         """Whether the outermost closed loop is stable (rigid motion included)."""
         return self.position.radius < 1.0
 
-    @property
+    @cached_property
     def figures(self) -> list[tuple[str, str, float, float, float]]:
         """Loop, axis, gain margin (dB), phase margin (deg) and bandwidth (Hz); no current loop where a motor has none."""
         rows = []
-        for level in (self.current, self.velocity, self.position):
+        for level in self.levels:
             f = np.geomspace(1e-4, 0.999, 2000) * 0.5 / float(level.closed.sample_time or 1)
             for axis, name in enumerate(level.closed.inputs):
                 closed = level.closed_response(f, axis)
@@ -297,20 +302,25 @@ class _Levels:
         held, n, nx = self.held[0], self.n, self.phi.shape[0]
         size, delay = held.size, max(c.velocity.delay for c in self.servo.controllers)
         stages = max(len(c.velocity.filters) for c in self.servo.controllers)
+        # Behind the plant, the integrals and the angles stand the stretches of active damping, where an axis has it.
+        first = size + (3 if any(c.velocity.damping_gain for c in self.servo.controllers) else 2) * n
 
         def update(state: FloatArray, setpoint: FloatArray) -> tuple[FloatArray, FloatArray]:
             x, integral, last = state[:nx], state[size:size + n].copy(), state[size + n:size + 2 * n]
-            memory = state[size + 2 * n:size + 2 * n + 2 * n * stages].reshape(n, stages, 2, state.shape[1]).copy()
-            line = state[size + 2 * n + 2 * n * stages:].reshape(delay, n, state.shape[1])
+            last_stretch = state[size + 2 * n:first]
+            memory = state[first:first + 2 * n * stages].reshape(n, stages, 2, state.shape[1]).copy()
+            line = state[first + 2 * n * stages:].reshape(delay, n, state.shape[1])
             angle, feedback = self.y[:, ANGLE] @ x, self.y[:, SPEED] @ x
             for i, c in enumerate(self.servo.controllers):
                 if c.encoders.difference or c.encoders.motor > 0:
                     feedback[i] = (angle[i] - last[i]) / self.times.velocity
             error = self._error(cut, setpoint, feedback)
-            torque = np.zeros_like(setpoint)
+            torque, stretch = np.zeros_like(setpoint), self._stretch(x)[:first - size - 2 * n]
             for i, c in enumerate(self.servo.controllers):
                 value = c.velocity.gain * error[i] + integral[i]
                 integral[i] = integral[i] + c.velocity.gain / c.velocity.integral_time * self.times.velocity * error[i]
+                if c.velocity.damping_gain:
+                    value = value + c.velocity.damping_gain * (stretch[i] - last_stretch[i]) / self.times.velocity
                 for k, part in enumerate(c.velocity.filters):
                     b0, b1, b2, a1, a2 = part.coefficients(self.times.velocity)
                     y = b0 * value + memory[i, k, 0]
@@ -323,9 +333,16 @@ class _Levels:
                               enumerate(self.servo.controllers)])
             after = held.a @ state[:size] + held.b @ drive
             line_after = queue[:delay].reshape(delay * n, state.shape[1])
-            return np.vstack([after, integral, angle, memory.reshape(2 * n * stages, state.shape[1]), line_after]), feedback
+            filters = memory.reshape(2 * n * stages, state.shape[1])
+            return np.vstack([after, integral, angle, stretch, filters, line_after]), feedback
 
-        return update, size + 2 * n + 2 * n * stages + delay * n
+        return update, first + 2 * n * stages + delay * n
+
+    def _stretch(self, x: FloatArray) -> FloatArray:
+        """Return how far the sensors of active damping run ahead of their motors, rad at the motor, (n_axes, k)."""
+        places = [TOOL if c.velocity.damping_sensor == "tool" else SCALE for c in self.servo.controllers]
+        return np.stack([self.y[i, place] @ x / float(c.lead or 1) - self.y[i, ANGLE] @ x
+                         for i, (c, place) in enumerate(zip(self.servo.controllers, places, strict=True))])
 
     def _constant(self, i: int) -> float:
         model = self.models[i]
@@ -354,47 +371,3 @@ def _held(system: StateSpace, repeat: int) -> StateSpace:
         a = system.a @ a
     return StateSpace(a, b, system.c, system.d, system.inputs, system.outputs,
                       sample_time=float(system.sample_time or 0) * repeat, hold="zero")
-
-
-def check_stable(servo: Servo) -> ServoLoops:
-    """Return the loops of a servo that is stable; else say which loop is not, by how much its gain must fall.
-
-    Raises
-    ------
-    ToolpointError
-        Names the innermost unstable loop, its largest multiplier and the gain margin found by bisection.
-    """
-    levels = compute_loops(servo)
-    for number, level in enumerate((levels.current, levels.velocity, levels.position)):
-        # Below the position loop the table's rigid position integrates: a multiplier of one is no instability there.
-        if level.radius > 1.0 + (1e-7 if number < 2 else 0.0):
-            factor = _critical(servo, number)
-            note = f"gain margin {20 * np.log10(factor):.1f} dB" if factor > 0 else "unstable at any gain"
-            fail(f"{level.name} loop", f"unstable: largest multiplier {level.radius:.4f} per sample, {note}",
-                 "must be stable before a simulation", remedy=f"multiply its gain by less than {factor:.3g}" if factor > 0 else
-                 "check signs, lead and the inner loops")
-    return levels
-
-
-def _critical(servo: Servo, number: int) -> float:
-    stable, unstable = 0.0, 1.0
-    if not _radius(servo, number, 1e-4) <= 1 + 1e-7:  # unstable with hardly any gain, or not a number
-        return 0.0
-    for _ in range(24):  # to 1e-7 of the gain, far below what is printed
-        middle = 0.5 * (stable + unstable)
-        stable, unstable = (middle, unstable) if _radius(servo, number, middle) <= 1 + 1e-7 else (stable, middle)
-    return unstable
-
-
-def _radius(servo: Servo, number: int, factor: float) -> float:
-    scaled = Servo(servo.plant, tuple(_scaled(c, number, factor) for c in servo.controllers))
-    return _Levels(scaled, None).level(number).radius
-
-
-def _scaled(c: Controller, number: int, factor: float) -> Controller:
-    if number == 0 and c.current is not None:
-        return replace(c, current=replace(c.current, gain=factor * c.current.gain, integral=factor * c.current.integral))
-    if number == 1:
-        return c.with_gains(velocity=factor * c.velocity.gain)
-    return c.with_gains(position=factor * c.position.gain)
-

@@ -34,6 +34,7 @@ PARAMETERS = np.dtype([
     ("scale_feedback", np.int64), ("angle_resolution", float), ("scale_resolution", float),
     ("velocity_gain", float), ("velocity_integral", float), ("torque_limit", float), ("torque_constant", float),
     ("velocity_delay", np.int64), ("difference", np.int64), ("velocity_sample_time", float),
+    ("damping_gain", float), ("damps_tool", np.int64),
     ("filter_count", np.int64), *((name, float, MAX_FILTERS) for name in FILTER_FIELDS),
     ("has_current_loop", np.int64), ("current_gain", float), ("current_integral", float), ("decoupling", np.int64),
     ("model_inductance_d", float), ("model_inductance_q", float), ("model_flux", float), ("model_pole_pairs", float),
@@ -45,8 +46,8 @@ PARAMETERS = np.dtype([
 # value; `held_*` is the rotor at the last current sample.
 CONTROL_STATE = np.dtype([
     ("speed_set", float), ("torque_feedforward", float), ("following_error", float),
-    ("speed_integral", float), ("last_angle", float), ("filter_first", float, MAX_FILTERS),
-    ("filter_second", float, MAX_FILTERS),
+    ("speed_integral", float), ("last_angle", float), ("last_stretch", float),
+    ("filter_first", float, MAX_FILTERS), ("filter_second", float, MAX_FILTERS),
     ("torque_line", float, MAX_DELAY), ("torque_set", float), ("current_set", float),
     ("integral_d", float), ("integral_q", float), ("voltage_line_d", float, MAX_DELAY), ("voltage_line_q", float, MAX_DELAY),
     ("voltage_d", float), ("voltage_q", float), ("held_angle", float), ("held_speed", float),

@@ -11,6 +11,8 @@ from toolpoint.drives.axis.motor import Inverter, SynchronousMotor, TorqueMotor
 from toolpoint.drives.controller.filters import Filter
 from toolpoint.drives.controller.records import FILTER_FIELDS, MAX_DELAY, MAX_FILTERS, PARAMETERS, SampleTimes
 
+DAMPING_SENSORS = ("scale", "tool")  # where active damping by a drive sees the table
+
 
 @dataclass(frozen=True)
 class CurrentLoop:
@@ -78,6 +80,11 @@ class VelocityLoop:
         Samples from measurement to torque command.
     limit : float
         Largest torque, N m; infinite for none.
+    damping_gain : float
+        Torque per speed of the sensor beyond that of the motor, the travel per radian divided out, N m s/rad: active damping
+        by the drive. Positive damps what lies between motor and sensor; a mode of the frame may want the other sign.
+    damping_sensor : str
+        ``scale``, or ``tool`` (table against tool, an ideal sensor).
 
     Examples
     --------
@@ -91,9 +98,13 @@ class VelocityLoop:
     filters: tuple[Filter, ...] = ()
     delay: int = 0
     limit: float = np.inf
+    damping_gain: float = 0.0
+    damping_sensor: str = "scale"
 
     def __post_init__(self) -> None:
         positive("VelocityLoop.gain", self.gain)
+        scalar("VelocityLoop.damping_gain", self.damping_gain)
+        one_of("VelocityLoop.damping_sensor", self.damping_sensor, DAMPING_SENSORS)
         positive("VelocityLoop.sample_time", self.sample_time)
         if not self.integral_time > 0 or not self.limit > 0:
             fail("VelocityLoop.integral_time, limit", f"{self.integral_time:g}, {self.limit:g}", "must be above zero")
@@ -217,6 +228,7 @@ class Controller:
         p["velocity_gain"], p["velocity_integral"] = velocity.gain, velocity.gain / velocity.integral_time
         p["torque_limit"], p["torque_constant"] = velocity.limit, motor.torque_constant
         p["velocity_delay"], p["velocity_sample_time"] = velocity.delay, velocity.sample_time
+        p["damping_gain"], p["damps_tool"] = velocity.damping_gain, velocity.damping_sensor == "tool"
         p["current_sample_time"] = self.sample_times.current
         p["filter_count"] = len(velocity.filters)
         for i, part in enumerate(velocity.filters):

@@ -31,6 +31,8 @@ class StepArrays(NamedTuple):
     gain: FloatArray
     reading: FloatArray
     direct: FloatArray
+    loads: FloatArray
+    load_direct: FloatArray
 
 
 class LawArrays(NamedTuple):

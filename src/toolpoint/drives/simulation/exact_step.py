@@ -24,7 +24,8 @@ class StepMatrices:
     """Exact step z1 = phi z + held (u, d) + first w0 + last w1 with x = basis z; all matrices by columns for the kernel.
 
     last = shift + jump (jump: the laws that hold their end value). `inputs` are the columns (held, first + phi shift) that
-    act on z - shift w; outputs are reading (z - shift w) + direct w; gain is the scalars' part of last.
+    act on z - shift w; outputs are reading (z - shift w) + direct w, and so are the loads of laws with `loads` and
+    `load_direct` (empty where no law is loaded); gain is the scalars' part of last.
 
     phi is a dense `core` of the first coordinates and then, for coordinate i of each half of the rest, the two by two
     block `pairs[:, i]` = (p11, p12, p21, p22). Coordinates and scalars are filled with zeros to whole vector lengths.
@@ -40,6 +41,8 @@ class StepMatrices:
     gain: FloatArray
     reading: FloatArray
     direct: FloatArray
+    loads: FloatArray
+    load_direct: FloatArray
     basis: FloatArray
     inverse: FloatArray
 
@@ -47,7 +50,7 @@ class StepMatrices:
     def arrays(self) -> StepArrays:
         """The matrices as the compiled run takes them."""
         return StepArrays(self.step, self.core, self.pairs, self.inputs, self.shift, self.jump, self.scalars, self.gain,
-                          self.reading, self.direct)
+                          self.reading, self.direct, self.loads, self.load_direct)
 
     def inward(self, x: FloatArray) -> FloatArray:
         """Return the coordinates z of a state x."""
@@ -88,10 +91,12 @@ def step_matrices(plant: Plant, step: float, *, dense: bool = False) -> StepMatr
     inputs = ordered(pad(inverse @ np.hstack([held, first + phi @ shift])).T)
     scalars = np.pad(plant.scalars @ basis, ((0, -plant.scalars.shape[0] % _VECTOR_WIDTH), (0, 0)))
     outputs = np.pad(plant.outputs @ basis, ((0, -plant.outputs.shape[0] % _VECTOR_WIDTH), (0, 0)))
+    loads = plant.loads if np.any(plant.laws["load_arm"]) else np.zeros((0, len(phi)))
     return StepMatrices(step, dense_core, pairs, np.pad(inputs, ((0, -inputs.shape[0] % _VECTOR_WIDTH), (0, 0))),
                         ordered(pad(inverse @ shift).T), ordered(pad(inverse @ jump).T), pad(scalars.T),
                         ordered(plant.scalars @ (shift + jump)),
-                        pad(outputs.T), ordered((outputs @ (inverse @ shift)).T), ordered(pad(basis.T).T), pad(inverse))
+                        pad(outputs.T), ordered((outputs @ (inverse @ shift)).T),
+                        pad((loads @ basis).T), ordered((loads @ shift).T), ordered(pad(basis.T).T), pad(inverse))
 
 
 def coordinates(a: FloatArray) -> tuple[FloatArray, FloatArray, int]:

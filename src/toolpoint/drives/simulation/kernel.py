@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from toolpoint.drives.axis.outputs import ANGLE, CURRENT_D, CURRENT_Q, OUTPUTS, SCALE, SPEED
+from toolpoint.drives.axis.outputs import ANGLE, CURRENT_D, CURRENT_Q, OUTPUTS, SCALE, SPEED, TOOL
 from toolpoint.drives.controller.kernel import (
     current_sample,
     position_sample,
@@ -161,7 +161,8 @@ def sample_controllers(step, control, y):
             position_sample(p, s, control.set_points[k, i], y[b + ANGLE], y[b + SCALE])
         k = min(step // counts.velocity, inject.shape[0] - 1)
         if step % counts.velocity == 0:
-            velocity_sample(p, s, y[b + ANGLE], y[b + SPEED], inject[k, i] if place == arrays.SPEED else 0.0,
+            damped = y[b + TOOL] if p.damps_tool else y[b + SCALE]
+            velocity_sample(p, s, y[b + ANGLE], y[b + SPEED], damped, inject[k, i] if place == arrays.SPEED else 0.0,
                             inject[k, i] if place == arrays.TORQUE else 0.0)
         k = min(step // counts.current, inject.shape[0] - 1)
         current_sample(p, s, y[b + ANGLE], y[b + SPEED], y[b + CURRENT_D], y[b + CURRENT_Q],
@@ -219,6 +220,21 @@ def begin(start, matrices, laws, motion, s, w):
 
 
 @njit(cache=True, nogil=True)
+def press(matrices, laws, x, w, load, records):
+    """Write the dry level of every loaded law into records: its own level and load_arm |load|.
+
+    laws, records (n,) `LAW`; x less shift w, w and load (n,) float64, load is written. The load is that before the step's own
+    change of w: friction moves it by hundredths, within one step by nothing.
+    """
+    for k in range(load.size):
+        load[k] = 0.0
+    add_columns(matrices.loads, x, load)
+    add_columns(matrices.load_direct, w, load)
+    for k in range(load.size):
+        records[k].level = laws[k].level + laws[k].load_arm * abs(load[k])
+
+
+@njit(cache=True, nogil=True)
 def put(values, out, first):
     """Write values into out from a place on; a copy by slices compiles the text of its error for seconds."""
     for k in range(values.size):
@@ -244,7 +260,7 @@ def run(start, steps, matrices, laws, control, motion, histories):
     """
     counts, load, record_interval = control.counts, control.load, histories.record_interval
     scalars, gain, shift, jump = matrices.scalars, matrices.gain, matrices.shift, matrices.jump
-    records, products, states, x = laws.records, laws.products, motion.laws, motion.coordinates
+    records, products, states, x = laws.records.copy(), laws.products, motion.laws, motion.coordinates
     axes = load.shape[1]
     new, u, drive = np.zeros(x.size), np.zeros(2 * axes), np.zeros(matrices.inputs.shape[0])
     s, w, y = np.zeros(scalars.shape[1]), np.zeros(shift.shape[0]), np.zeros(matrices.reading.shape[1])
@@ -252,7 +268,7 @@ def run(start, steps, matrices, laws, control, motion, histories):
     switched, held_laws = np.any(control.parameters.six_pulse != 0), np.any(jump != 0.0)
     begin(start, matrices, laws, motion, s, w)
     read(matrices.reading, matrices.direct, x, w, y)
-    failed, last_values = 0, motion.values[1].copy()
+    failed, last_values, load_force = 0, motion.values[1].copy(), np.zeros(matrices.loads.shape[1])
     for step in range(start, start + steps):
         if step % counts.current == 0:
             sample_controllers(step, control, y)
@@ -271,6 +287,8 @@ def run(start, steps, matrices, laws, control, motion, histories):
         # The laws' values run on as a straight line: the first guess of their implicit equations.
         for k in range(w.size):
             w[k], last_values[k] = 2.0 * w[k] - last_values[k], w[k]
+        if load_force.size > 0:
+            press(matrices, laws.records, x, w, load_force, records)
         if not implicit(records, products, gain, free, states, matrices.step, s, w, trial):
             failed += 1
         accept(records, states, trial)

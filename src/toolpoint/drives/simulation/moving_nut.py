@@ -10,14 +10,14 @@ import numpy as np
 from toolpoint._check import FloatArray, count, fail, floats
 from toolpoint._deprecation import rename_argument
 from toolpoint.drives.axis.outputs import OUTPUTS
-from toolpoint.drives.controller.loops import check_stable
+from toolpoint.drives.controller.loop_stability import check_stable
 from toolpoint.drives.controller.servo import Servo
 from toolpoint.drives.program.command import Command
 from toolpoint.drives.simulation.arrays import StepArrays
 from toolpoint.drives.simulation.exact_step import StepMatrices, step_matrices
 from toolpoint.drives.simulation.simulate import ServoResult, prepare
 
-_INTERPOLATED_FIELDS = ("core", "inputs", "shift", "jump", "gain", "direct")
+_INTERPOLATED_FIELDS = ("core", "inputs", "shift", "jump", "gain", "direct", "load_direct")
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,7 +14,7 @@ from toolpoint._deprecation import rename_argument
 from toolpoint._notebook import NotebookText
 from toolpoint.drives.axis.outputs import OUTPUTS
 from toolpoint.drives.axis.plant import Plant
-from toolpoint.drives.controller.loops import check_stable
+from toolpoint.drives.controller.loop_stability import check_stable
 from toolpoint.drives.controller.records import CONTROL_STATE, SET_POINT, SampleCounts
 from toolpoint.drives.controller.servo import Servo
 from toolpoint.drives.friction.records import LAW_STATE
@@ -192,7 +192,7 @@ class Prepared:
         """Return the histories after a run that returned `failed`."""
         if failed < 0:
             fail("simulate", f"motion not finite after {-failed} steps", "the servo is unstable or the step too long",
-                 remedy="check loops.check_stable(servo), or take more substeps")
+                 remedy="check drives.compute_loops(servo), or take more substeps")
         outputs, axes = self.histories.outputs, self.servo.plant.axes
         time = np.arange(outputs.shape[0]) * (self.matrices.step * self.histories.record_interval)
         return ServoResult(frozen(time), tuple(a.name for a in axes), frozen(outputs.reshape(time.size, len(axes), -1)),

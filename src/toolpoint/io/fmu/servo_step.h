@@ -182,7 +182,18 @@ static double row_sum(const double *row, const double *w) {
     return total;
 }
 
-static int implicit(State *q, const double *out_free, LawState trial[]) {
+/* Laws of this step: those that a load presses have load_arm |load| on top of their level. */
+static void press(const State *q, Law pressed[]) {
+    memcpy(pressed, laws, NL * sizeof(Law));
+    if (LOADED) {
+        double load[NL + 1] = {0};
+        add_columns(loads, NL, q->x, N, load);
+        add_columns(load_direct, NL, q->w, NW, load);
+        for (int k = 0; k < NL; k++) pressed[k].level += pressed[k].load_arm * fabs(load[k]);
+    }
+}
+
+static int implicit(State *q, const Law *pressed, const double *out_free, LawState trial[]) {
     int good = 1;
     double before = 1e-300;
     for (int turn = 0; turn < MAX_LAW_PASSES; turn++) {
@@ -192,7 +203,7 @@ static int implicit(State *q, const double *out_free, LawState trial[]) {
             if (turn && fabs(other - trial[k].surroundings) <= 1e-10 * (fabs(other) + fabs(own * q->w[k]))) continue;
             trial[k].surroundings = other;
             double value;
-            q->s[k] = solve_law(&laws[k], &q->states[k], other, own, turn ? q->s[k] : other + own * q->w[k], &value,
+            q->s[k] = solve_law(&pressed[k], &q->states[k], other, own, turn ? q->s[k] : other + own * q->w[k], &value,
                                 &trial[k], &good);
             change = fmax(change, fabs(value - q->w[k])), size = fmax(size, fabs(value));
             q->w[k] = value;
@@ -226,7 +237,7 @@ static void position_sample(const Parameters *p, ControlState *s, const Input *s
                             + p->friction_feedforward * tanh(set_point->velocity / p->friction_velocity);
 }
 
-static void velocity_sample(const Parameters *p, ControlState *s, double angle, double speed) {
+static void velocity_sample(const Parameters *p, ControlState *s, double angle, double speed, double place) {
     if (p->difference) {
         const double reading_now = quantised(angle, p->angle_resolution);
         speed = (reading_now - s->last_angle) / p->velocity_sample_time;
@@ -234,6 +245,12 @@ static void velocity_sample(const Parameters *p, ControlState *s, double angle, 
     }
     const double error = s->speed_set - speed;
     double torque = p->velocity_gain * error + s->speed_integral + s->torque_feedforward;
+    if (p->damping_gain != 0.0) {
+        const double stretch = (p->damps_tool ? place : quantised(place, p->scale_resolution)) / p->lead
+                               - quantised(angle, p->angle_resolution);
+        torque += p->damping_gain * (stretch - s->last_stretch) / p->velocity_sample_time;
+        s->last_stretch = stretch;
+    }
     for (int i = 0; i < p->filter_count; i++) {
         const double y = p->filter_b0[i] * torque + s->filter_first[i];
         s->filter_first[i] = p->filter_b1[i] * torque - p->filter_a1[i] * y + s->filter_second[i];
@@ -301,7 +318,8 @@ static void controllers(State *q) {
         ControlState *s = &q->control[i];
         if (q->at % COUNT_CURRENT == 0) {
             if (q->at % COUNT_POSITION == 0) position_sample(p, s, &q->input[i], angle, y[OUTPUT_scale]);
-            if (q->at % COUNT_VELOCITY == 0) velocity_sample(p, s, angle, speed);
+            if (q->at % COUNT_VELOCITY == 0) 
+                velocity_sample(p, s, angle, speed, p->damps_tool ? y[OUTPUT_tool] : y[OUTPUT_scale]);
             current_sample(p, s, angle, speed, y[OUTPUT_i_d], y[OUTPUT_i_q]);
         }
         if (p->six_pulse)
@@ -316,6 +334,7 @@ static void controllers(State *q) {
 static void plant_step(State *q) {
     double drive[ND] = {0}, new_x[N], out_free[NS + 1] = {0};
     LawState trial[NL + 1];
+    Law pressed[NL + 1];
     controllers(q);
     memcpy(drive, q->u, sizeof q->u);
     for (int i = 0; i < NA; i++) drive[2 * NA + i] = q->input[i].load;
@@ -329,7 +348,8 @@ static void plant_step(State *q) {
         q->w[k] = 2.0 * old - q->before[k], q->before[k] = old;
     }
     memset(trial, 0, sizeof trial);
-    if (!implicit(q, out_free, trial)) q->unconverged++;
+    press(q, pressed);
+    if (!implicit(q, pressed, out_free, trial)) q->unconverged++;
     for (int k = 0; k < NL; k++) {
         if (laws[k].kind == BRISTLE) {
             q->states[k].bristle = trial[k].bristle;

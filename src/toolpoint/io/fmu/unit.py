@@ -21,7 +21,7 @@ import numpy as np
 from toolpoint._check import ToolpointError, count, fail
 from toolpoint._doubt import mark_notes
 from toolpoint.drives.axis.outputs import OUTPUTS
-from toolpoint.drives.controller.loops import check_stable
+from toolpoint.drives.controller.loop_stability import check_stable
 from toolpoint.drives.controller.records import CONTROL_STATE, PARAMETERS
 from toolpoint.drives.controller.servo import Servo
 from toolpoint.drives.friction.records import KINDS, LAW, LAW_STATE, MAX_LAW_ITERATIONS
@@ -108,14 +108,14 @@ def _numbers(servo: Servo, substeps: int) -> str:
     m = step_matrices(plant, current_time / substeps)
     sizes = {"NA": len(plant.axes), "N": m.basis.shape[1], "CORE": m.core.shape[0], "HALF": m.pairs.shape[1],
              "NS": m.scalars.shape[1], "NW": m.shift.shape[0], "NL": plant.laws.size, "NP": plant.products.shape[0],
-             "ND": m.inputs.shape[0], "NY": m.reading.shape[1],
+             "ND": m.inputs.shape[0], "NY": m.reading.shape[1], "LOADED": int(m.loads.size > 0),
              **{f"COUNT_{loop.upper()}": steps * substeps for loop, steps in servo.counts._asdict().items()}}
     lines = [f"#define {key} {value}" for key, value in sizes.items()]
     lines += [f"#define STEP {m.step!r}", f'#define STEP_TEXT "{m.step:.9g}"']
     gain = np.zeros((m.scalars.shape[1], m.shift.shape[0]))
     gain[:m.gain.shape[0]] = m.gain
     arrays = {"core": m.core, "pairs": m.pairs, "inputs": m.inputs, "jump": m.jump, "scalars": m.scalars, "gain": gain,
-              "reading": m.reading, "direct": m.direct}
+              "reading": m.reading, "direct": m.direct, "loads": m.loads, "load_direct": m.load_direct}
     lines += [f"static const double {key}[] = {values_text(value)};" for key, value in arrays.items()]
     lines += [f"static const Law laws[] = {values_text(plant.laws)};",
               f"static const Parameters parameters[] = {values_text(_parameters(servo))};",

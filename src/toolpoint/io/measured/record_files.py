@@ -74,6 +74,16 @@ def read_all(paths: str | Path | Sequence[str | Path], channels: Channels = (), 
     ------
     ToolpointError
         For files that cannot be read, volts without sensitivity, rates that differ.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     lines = ["time [s],force 1:+x [N],acceleration 1:+x [m/s^2]", "0,0,0", "0.001,5,2", "0.002,0,1"]
+    ...     _ = Path(folder, "blow.csv").write_text("\\n".join(lines), encoding="utf-8")
+    ...     (record,) = read_all(Path(folder, "blow.csv")).records
+    >>> record.quantities, record.sample_rate
+    (('force', 'acceleration'), 1000.0)
     """
     files = [Path(paths)] if isinstance(paths, (str, Path)) else [Path(path) for path in paths]
     if not files:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, MutableMapping
 from dataclasses import dataclass, field
 
@@ -21,18 +22,19 @@ _GROUPS: dict[float, str] = {
     99: "return", 28: "action", 30: "action", 4: "action", 10: "action", 92: "action", 52: "action", 53: "machine",
     153: "machine", 500: "system", **dict.fromkeys(range(54, 60), "system"), 59.1: "system", 59.2: "system", 59.3: "system",
     **dict.fromkeys(range(505, 600), "system"), 65: "action", 68: "frame", 69: "frame", 50.1: "frame", 51.1: "frame",
+    50: "frame", 51: "frame", 15: "polar", 16: "polar",
     68.2: "frame", 53.1: "frame", 43.4: "length", 43.5: "length", 43: "length", 44: "length", 49: "length",
+    40: "radius", 41: "radius", 42: "radius", 41.1: "radius", 42.1: "radius", 450: "corner", 451: "corner",
     **dict.fromkeys(CYCLES, "motion")}
 # Words of G that move nothing here.
-_CODES_WITHOUT_MOTION = {40, 43.1, 50, 15, 62, 63, 13.1, 54.1, 8, 5.1, 8.1, 11, 40.1, 54.2, 67, 92.1,
-          601, 602, 603, 641, 642, 643, 644, 645, 25, 26, 22, 23, 450, 451, 460, 461, 462, 91.1, 90.1}
-_REFUSED_CODES = {41: "cutter radius compensation", 42: "cutter radius compensation", 41.1: "cutter radius compensation",
-            42.1: "cutter radius compensation", 51: "scaling", 16: "polar coordinates", 5: "a spline", 6.2: "a spline",
-            7: "a diameter in X",
+_CODES_WITHOUT_MOTION = {43.1, 62, 63, 13.1, 54.1, 8, 5.1, 8.1, 11, 40.1, 54.2, 67, 92.1,
+          601, 602, 603, 641, 642, 643, 644, 645, 25, 26, 22, 23, 460, 461, 462, 91.1, 90.1}
+_REFUSED_CODES = {5: "a spline", 6.2: "a spline", 7: "a diameter in X",
             33.1: "rigid tapping", 5.2: "a spline", 5.3: "a spline", **dict.fromkeys((38.2, 38.3, 38.4, 38.5), "probing"),
             33: "thread cutting", 34: "thread cutting", 32: "thread cutting", 331: "tapping", 332: "tapping",
             12.1: "polar interpolation", 7.1: "cylinder interpolation", 110: "polar coordinates", 111: "polar coordinates",
             112: "polar coordinates"}
+_CONTOUR_WAYS = re.compile(r"\b(?:NORM|KONT[CT]?|CDON|CDOF2?)\b")
 _LETTERS_WITHOUT_MOTION = set("NSTMDOH")
 _VECTOR_WORDS = {"A3": 0, "B3": 1, "C3": 2}
 # Words that belong to a cycle, a dwell, a call or a turned part.
@@ -65,6 +67,7 @@ class BlockReader:
         if self.siemens.take(number, text):
             self._show_position()
             return None
+        text = self._without_ways(number, text)
         words, assigned = split_words(text, self.variables, self.unset)
         groups, numbers, places = self._sort(number, words, column)
         self._modal(number, groups, numbers)
@@ -75,6 +78,15 @@ class BlockReader:
             self._carry_out(number, groups, numbers, places, assigned)
         self._show_position()
         return request
+
+    def _without_ways(self, number: int, text: str) -> str:
+        """Return a block without the words for ways to a compensated contour (Siemens), which are taken as NORM."""
+        for match in _CONTOUR_WAYS.finditer(text):
+            if match[0] in ("KONT", "KONTC", "KONTT"):
+                self.state.remarks.note(number, f"{match[0]}: the ways to the contour and from it are taken as NORM")
+            else:
+                self.state.remarks.without_motion(number, match[0])
+        return _CONTOUR_WAYS.sub(lambda match: " " * len(match[0]), text)
 
     def _sort(self, number: int, words: list[Word], column: int) -> tuple[dict[str, float], dict[str, float], Places]:
         """Return the G words by their group, the other numbers by letter, and the places."""
@@ -160,7 +172,7 @@ class BlockReader:
     def _check_letters(self, number: int, groups: Mapping[str, float], numbers: Mapping[str, float], words: list[Word],
                        column: int) -> None:
         """Fault the words P, Q, ... where nothing takes them; a word L alone calls a subprogram (Sinumerik 850)."""
-        taken = groups.get("motion", self.cycle.number) in CYCLES or groups.keys() & {"action", "length"} or any(
+        taken = groups.get("motion", self.cycle.number) in CYCLES or groups.keys() & {"action", "length", "frame"} or any(
             word.letter == "G" and word.value in _CODES_WITHOUT_MOTION | {64, 96, 97} for word in words)
         if taken or any(key.startswith("M") for key in numbers):
             return
@@ -187,6 +199,9 @@ class BlockReader:
         state.plane = int(groups.get("plane", state.plane))
         if "distance" in groups:
             state.incremental = groups["distance"] == 91
+        if "polar" in groups:
+            state.polar = [0.0, 0.0] if groups["polar"] == 16 else None
+        self._radius_words(number, groups, numbers)
         if "exact" in groups:
             state.exact = groups["exact"] != 64
         if "unit" in groups:
@@ -204,6 +219,26 @@ class BlockReader:
         if "T" in numbers or "M6" in numbers:
             state.segments.call_tool(numbers.get("T"), change="M6" in numbers)
         self._feeds(number, groups, numbers)
+
+    def _radius_words(self, number: int, groups: Mapping[str, float], numbers: Mapping[str, float]) -> None:
+        """Begin or end radius compensation; keep the register D and the kind of outside corners."""
+        mode, word = self.state.compensation, groups.get("radius")
+        if word in (41, 42) and self.state.turning:
+            self.state.remarks.fault(number, 1, f"G{word:g}: radius compensation of a turning tool is not computed; post the "
+                                     "program with the path of the tool's centre")
+        elif word in (41.1, 42.1):
+            if "D" not in numbers:
+                self.state.remarks.fault(number, 1, f"G{word:g} without D; program the diameter of the tool in D")
+            mode.begin(1 if word == 41.1 else -1, self.state.scale * numbers.get("D", 0.0) / 2)
+        elif word == 40 and not mode.side:
+            self.state.remarks.without_motion(number, "G40")
+        elif word is not None:
+            mode.begin({40: 0, 41: 1, 42: -1}[int(word)])
+        if "D" in numbers and word not in (41.1, 42.1):
+            mode.register = int(numbers["D"])
+        if "corner" in groups:
+            self.state.remarks.without_motion(number, f"G{groups['corner']:g}")
+            mode.is_mitred = groups["corner"] == 451
 
     def _feeds(self, number: int, groups: Mapping[str, float], numbers: Mapping[str, float]) -> None:
         state = self.state
@@ -238,9 +273,17 @@ class BlockReader:
 
     def _carry_out(self, number: int, groups: Mapping[str, float], numbers: Mapping[str, float], places: Places,
                    assigned: Mapping[str, float]) -> None:
-        """Move as the block says."""
+        """Move as the block says; radius compensation rests where a block goes to a place of the machine."""
+        side, mode = self.state.compensation.side, self.state.compensation
+        if groups.get("action") in (28, 30) or "machine" in groups:
+            mode.side = 0
+        self._move(number, groups, numbers, places, assigned)
+        mode.side = side
+
+    def _move(self, number: int, groups: Mapping[str, float], numbers: Mapping[str, float], places: Places,
+              assigned: Mapping[str, float]) -> None:
         state, action = self.state, groups.get("action")
-        if "frame" in groups and self.frames.take(number, groups["frame"], places):
+        if "frame" in groups and self.frames.take(number, groups["frame"], places, numbers=numbers):
             return
         if action == 4:
             duration = numbers["F"] if "F" in numbers else dwell_of(numbers["P"]) if "P" in numbers else \
@@ -265,6 +308,8 @@ class BlockReader:
             parameters = {key: assigned[key] for key in ("R2", "R3", "R10") if key in assigned}
             if state.centre.word:
                 state.remarks.fault(number, 1, f"a drilling cycle under {state.centre.word} is not computed; post single moves")
+            if state.compensation.side:
+                state.remarks.fault(number, 1, "a drilling cycle under radius compensation; program G40 before it")
             begin_cycle(state, self.cycle, number, places=places, numbers=numbers, parameters=parameters)
             repeats = numbers.get("L", places.get("K", ("", 1.0))[1])
             drill(state, self.cycle, number, places=places, repeats=int(repeats))
@@ -300,6 +345,9 @@ class BlockReader:
                 if letter in places:
                     value = state.length(i, places[letter][1])
                     offset[i] = value if numbers["L"] == 2 else state.position[i] - value
+        elif numbers.get("L") in (12, 13) and "CR" in places:  # geometry and wear of a register D (Fanuc)
+            registers = state.compensation.geometry if numbers["L"] == 12 else state.compensation.wear
+            registers[int(numbers.get("P", 0))] = places["CR"][1] * state.scale
         else:
             state.remarks.without_motion(number, "G10")
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 from toolpoint.io.program.centre_control import CentreControl, part_of_turn
 from toolpoint.io.program.program_frame import AXES, PLANES, ProgramFrame
+from toolpoint.io.program.radius_compensation import CompensationMode
 from toolpoint.io.program.segments import MOST_SEGMENTS, Remarks, Segments
 from toolpoint.io.program.tilted_planes import TiltedPlane
 
@@ -46,6 +47,8 @@ class ControlModes:
     frame: ProgramFrame = field(default_factory=ProgramFrame)
     tilted: TiltedPlane = field(default_factory=TiltedPlane)
     centre: CentreControl = field(default_factory=CentreControl)
+    compensation: CompensationMode = field(default_factory=CompensationMode)
+    polar: list[float] | None = None  # radius (in programmed units) and angle (degrees) last programmed under G16
     programmed_axes: set[int] = field(default_factory=set)
     _unprogrammed: str = ""
 
@@ -67,6 +70,7 @@ class ControlModes:
 
     def target(self, places: Places, *, machine: bool = False) -> list[float]:
         """Return the position after a block, m."""
+        places = places if self.polar is None or machine else self._from_polar(places)
         self._unprogrammed = "".join(letter for letter, i in AXES.items() if i not in self.programmed_axes)
         self.programmed_axes |= {i for letter, i in AXES.items() if letter in places}
         if not self.frame.is_identity and not machine:
@@ -81,6 +85,20 @@ class ControlModes:
             if letter in places and self.turning:
                 end[i] += self.length(i, places[letter][1])
         return end
+
+    def _from_polar(self, places: Places) -> Places:
+        """Return the places of a block under G16: the plane's first axis is a radius, its second one an angle."""
+        assert self.polar is not None
+        first, second = ("XYZ"[i] for i in PLANES[self.plane])
+        if first not in places and second not in places:
+            return places
+        for k, letter in enumerate((first, second)):
+            mode, value = places.get(letter, ("AC", self.polar[k]))
+            relative = k == 1 and (mode == "IC" or (self.incremental and mode != "AC"))
+            self.polar[k] = value + (self.polar[k] if relative else 0.0)
+        about = "IC" if self.incremental else "AC"  # about where the tool is, or about the program's zero
+        radius, angle = self.polar[0], math.radians(self.polar[1])
+        return {**places, first: (about, radius * math.cos(angle)), second: (about, radius * math.sin(angle))}
 
     def _target_in_frame(self, places: Places) -> list[float]:
         """Return the position after a block where the program's axes are turned, mirrored or stretched, m."""
@@ -135,10 +153,20 @@ class ControlModes:
         self.feed_missed = True
         return False
 
+    def _compensate(self, number: int) -> None:
+        """Keep the radius compensation of the segment that follows."""
+        mode = self.compensation
+        factor = self.frame.plane_factor(PLANES[self.plane]) if mode.side else 1.0
+        if mode.side and (factor is None or self.centre.word):
+            self.remarks.fault(number, 1, "radius compensation in a plane that is tilted or stretched by the frame, or under "
+                               "tool centre control, is not computed")
+        self.segments.compensation = mode.of_block(is_mirrored=(factor or 1.0) < 0)
+
     def _line(self, number: int, end: list[float], feed: float, *, rapid: bool, stop: bool) -> None:
         if len(self.segments.rows) >= MOST_SEGMENTS:
             raise OverflowError
         self.segments.speed = self.speed
+        self._compensate(number)
         is_turned = self.centre.is_turned
         directions = self.centre.arrive()
         self.segments.line(self.position, end, feed=feed, rapid=rapid, stop=stop, number=number, plane=PLANES[self.plane])
@@ -202,6 +230,7 @@ class ControlModes:
             radius = math.hypot(start[a] - center[a], start[b] - center[b])
             feed = self.speed_for(number, end, abs(sweep) * radius)
             self.segments.speed = self.speed
+            self._compensate(number)
             if self.centre.word:
                 self._chords(number, end, (center, sweep), feed=feed)
                 return

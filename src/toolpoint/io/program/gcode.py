@@ -4,7 +4,8 @@ Motion: G0 G1 G2 G3, G17-G19, G90/G91, AC() and IC(), I J K, CR= or R; units G20
 stop G9, G60, G61, G64; dwell G4; drilling cycles G73, G76, G81-G89; G28, G30, G53, G54-G59, G10 L2, G52, G92. Frames: TRANS,
 ROT, SCALE, MIRROR and their additive kinds, G68, G69, G51.1, G50.1 (`program_frame`). Siemens drilling cycles CYCLE81 to 89 and
 840, their patterns, and MCALL (`siemens_cycles`). Variables, expressions, jumps, loops and subprograms of the same file
-(`statements`). Words that move nothing are one note; what would bend the path (G41, G42, G51) is a fault by name.
+(`statements`). Radius compensation (G41, G42, RL, RR; `radius_compensation`), polar places (G16), scales (G51). Words
+that move nothing are one note; what would bend the path (splines, threads) is a fault by name.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from toolpoint.io.faults import Fault, FileFaults
 from toolpoint.io.program.block import BlockReader
 from toolpoint.io.program.control_modes import ControlModes
 from toolpoint.io.program.interpreter import Run
+from toolpoint.io.program.radius_compensation import CutterRadii
 from toolpoint.io.program.segments import Program, Remarks
 from toolpoint.io.program.statements import list_statements
 
@@ -30,7 +32,8 @@ Point = tuple[float, float, float]
 
 
 @door("program")
-def read(path: str | Path, rapid_feed: float = 0.5, start: Point = (0.0, 0.0, 0.0), *, feed: float | None = None) -> Program:
+def read(path: str | Path, rapid_feed: float = 0.5, start: Point = (0.0, 0.0, 0.0), *, feed: float | None = None,
+         cutter_radius: CutterRadii | float | None = None) -> Program:
     r"""Return the segments of a program file; see `parse`. Files named .h, or that begin with BEGIN PGM, are Klartext.
 
     >>> import tempfile
@@ -48,11 +51,12 @@ def read(path: str | Path, rapid_feed: float = 0.5, start: Point = (0.0, 0.0, 0.
         text = path.read_text(encoding="utf-8-sig", errors="replace")
     except OSError as error:
         raise ToolpointError(f"{path}: cannot be read ({error.strerror}); check the name and the folder") from None
-    return parse(text, rapid_feed, start, name=str(path), feed=feed)
+    return parse(text, rapid_feed, start, name=str(path), feed=feed, cutter_radius=cutter_radius)
 
 
-def read_path(path: str | Path, rapid_feed: float = 0.5) -> DrivePath:
-    r"""Return the path of lines and arcs that a program file describes; `rapid_feed` (m/s) is that of G0.
+def read_path(path: str | Path, rapid_feed: float = 0.5, *, cutter_radius: float | None = None) -> DrivePath:
+    r"""Return the path of lines and arcs that a program file describes; `rapid_feed` (m/s) is that of G0,
+    `cutter_radius` (m) that of radius compensation.
 
     >>> import tempfile
     >>> with tempfile.TemporaryDirectory() as folder:
@@ -61,11 +65,11 @@ def read_path(path: str | Path, rapid_feed: float = 0.5) -> DrivePath:
     ...     read_path(file).end.tolist()
     [[0.03, 0.04, 0.0]]
     """
-    return read(path, rapid_feed).path
+    return read(path, rapid_feed, cutter_radius=cutter_radius).path
 
 
 def parse(text: str, rapid_feed: float = 0.5, start: Point = (0.0, 0.0, 0.0), *, name: str = "program",
-          arc_tolerance: float = 1e-5, feed: float | None = None) -> Program:
+          arc_tolerance: float = 1e-5, feed: float | None = None, cutter_radius: CutterRadii | float | None = None) -> Program:
     """Return the segments of a program.
 
     Parameters
@@ -82,6 +86,8 @@ def parse(text: str, rapid_feed: float = 0.5, start: Point = (0.0, 0.0, 0.0), *,
         Largest difference of the radii at an arc's start and end, m; in programs in inches 25.4 times as much.
     feed : float, optional
         m/s; of cuts before the first F.
+    cutter_radius : CutterRadii or float, optional
+        m; of the tools, for G41 and G42, RL and RR: zero where the program holds the path of the tool's centre.
 
     Raises
     ------
@@ -92,6 +98,7 @@ def parse(text: str, rapid_feed: float = 0.5, start: Point = (0.0, 0.0, 0.0), *,
 
     remarks = Remarks()
     state = ControlModes(rapid_feed, arc_tolerance, [float(x) for x in start], remarks, feed=feed or 0.0)
+    state.segments.cutter_radii = CutterRadii(cutter_radius) if isinstance(cutter_radius, float | int) else cutter_radius
     if klartext.is_klartext(text):
         return klartext.run(text, state, name)
     without_suffix = re.sub(r"\([^)]*\)|;.*", "", text.upper())

@@ -1,6 +1,6 @@
 """Klartext of Heidenhain controls, a subset: L, CC, C, CR, RND, FMAX, M, TOOL CALL, Q parameters, FN, LBL; CYCL DEF as notes.
 
-A contour with radius compensation (RL, RR) is refused by name: the file holds no tool radius.
+Radius compensation is RL, RR and R0 (`radius_compensation`), with APPR and DEP on straight lines (`contour_ends`).
 """
 
 from __future__ import annotations
@@ -9,10 +9,12 @@ import re
 from dataclasses import dataclass, field
 
 from toolpoint.io.program.centre_control import begin_control, end_control
+from toolpoint.io.program.contour_ends import leave_contour, split_contour_end
 from toolpoint.io.program.control_modes import ControlModes
 from toolpoint.io.program.expressions import ExpressionFault, Reader
 from toolpoint.io.program.interpreter import LINES_PER_PROGRAM_LINE, MAX_LOOP_CHARACTERS, MAX_LOOP_LINES
 from toolpoint.io.program.program_frame import AXES
+from toolpoint.io.program.radius_compensation import ContourEnd
 from toolpoint.io.program.segments import Program
 from toolpoint.io.program.tilted_planes import tilt_by_plane_function
 
@@ -21,6 +23,8 @@ _WORDS_WITHOUT_MOTION = re.compile(r"(TOOL (?:CALL|DEF)|CYCL (?:DEF|CALL)|BLK FO
                                    r"?1[0-9](?!\d)|FN ?18|"
                     r"FUNCTION|PATTERN|SEL|M\d|\*|Q\d+\s*=)")
 _FN_GOTO = re.compile(r"FN\s*(9|10|11|12)\s*:\s*IF\s*(.+?)\s*(EQU|NE|GT|LT)\s*(.+?)\s*GOTO\s*LBL\s*\"?(\w+)")
+_COMPENSATION = re.compile(r"\bR([LR0])(?![\w.])")
+_DEFINED_RADIUS = re.compile(r"TOOL DEF\s+(\d+)\b.*\bR\s*([+-]?[\d.]+)")
 _POSITION = re.compile(r"SYSREAD\s+Q[LRS]?\d+\s*=\s*ID2[47]0\s+NR1\s+IDX([123])\b")
 _FN_SET = re.compile(r"FN\s*(\d+)\s*:\s*(?:SYSREAD\s+)?(Q[LRS]?\d+)\s*=\s*(.+)")
 
@@ -138,9 +142,11 @@ def _value(reader: _Klartext, text: str) -> float:
 def _line(reader: _Klartext, number: int, line: str) -> None:
     """Carry out one line."""
     state, reader.number = reader.state, number
-    if re.search(r"\bR[LR]\b|^(?:APPR|DEP)\b", line):
-        raise ExpressionFault("RL, RR, APPR, DEP: radius compensation is not computed; post the program with the path of the "
-                              "tool's centre")
+    if re.match(r"(?:APPR|DEP)\b", line):
+        _contour_end(reader, number, line)
+        return
+    if re.match(r"(?:L|C|CR|CT|LN|CP|LP)\b", line):
+        line = _take_compensation(state, line)
     if _FN_GOTO.match(line):
         return
     if _control(reader, number, line) and not line.startswith("L"):
@@ -171,9 +177,34 @@ def _line(reader: _Klartext, number: int, line: str) -> None:
         if call := re.match(r"TOOL CALL\s+(\d+)?(?:.*?\bS\s*([\d.]+))?", line):
             state.segments.call_tool(float(call[1]) if call[1] else None, change=True)
             state.speed = float(call[2]) if call[2] else state.speed
+        elif defined := _DEFINED_RADIUS.match(line):
+            state.segments.defined_radii[int(defined[1])] = float(defined[2]) * state.scale
         state.remarks.without_motion(number, re.sub(r"\s+", " ", match[1]))
     else:
         raise ExpressionFault(f"{line.split()[0]} is not in the subset of Klartext")
+
+
+def _contour_end(reader: _Klartext, number: int, line: str) -> None:
+    """Go to a contour (APPR) or away from it (DEP) on straight lines."""
+    state = reader.state
+    verb, kind, text, remainder = split_contour_end(line)
+    length = _value(reader, text) * state.scale
+    if verb == "DEP":
+        if feed := re.search(r"\bF\s*([\d.]+|Q\d+)", remainder):
+            state.set_feed(_value(reader, feed[1]))
+        leave_contour(state, number, kind=kind, length=length)
+        return
+    _move(reader, number, "L", _take_compensation(state, remainder))
+    if not state.compensation.side:
+        raise ExpressionFault(f"APPR {kind} without RL or RR")
+    state.segments.contour_ends[len(state.segments.rows) - 1] = ContourEnd(is_square=kind == "LN", length=length)
+
+
+def _take_compensation(state: ControlModes, line: str) -> str:
+    """Begin or end radius compensation by RL, RR or R0; return the line without them."""
+    if match := _COMPENSATION.search(line):
+        state.compensation.begin({"L": 1, "R": -1, "0": 0}[match[1]])
+    return _COMPENSATION.sub(" ", line)
 
 
 def _assign(reader: _Klartext, number: int, match: re.Match[str]) -> None:

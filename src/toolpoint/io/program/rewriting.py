@@ -173,4 +173,5 @@ def _prove(start_column: str, after: str, factors: SpeedAndFeed) -> None:
 
 
 def _read(text: str) -> Program:
-    return parse(text, start=(0.0, 0.0, 1.0), feed=1.0)
+    # Radius compensation moves both texts alike: contours as programmed are compared.
+    return parse(text, start=(0.0, 0.0, 1.0), feed=1.0, cutter_radius=0.0)

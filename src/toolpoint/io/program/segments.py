@@ -9,10 +9,13 @@ from itertools import pairwise
 import numpy as np
 
 from toolpoint._check import FloatArray, ToolpointError
+from toolpoint._doubt import Doubt
 from toolpoint._notebook import NotebookText
 from toolpoint.drives.program.path import Path as DrivePath
 from toolpoint.io.faults import Fault, FileFaults
 from toolpoint.io.program.centre_control import DIRECTION_WIDTH
+from toolpoint.io.program.compensated_rows import compensate_rows
+from toolpoint.io.program.radius_compensation import Compensation, ContourEnd, CutterRadii
 
 MOST_SEGMENTS = 2_000_000
 
@@ -158,6 +161,21 @@ class Segments:
     rotary: set[int] = field(default_factory=set)
     directions: dict[int, tuple[float, ...]] = field(default_factory=dict)  # of rows under tool centre control
     unseen: set[int] = field(default_factory=set)  # rows whose tip's way is not known
+    compensation: Compensation | None = None  # of the rows that follow
+    compensations: dict[int, Compensation] = field(default_factory=dict)  # of rows
+    contour_ends: dict[int, ContourEnd] = field(default_factory=dict)  # of rows that lead to a contour or away from it
+    cutter_radii: CutterRadii | None = None  # as given from outside
+    defined_radii: dict[int, float] = field(default_factory=dict)  # m, of tools that the program itself defines
+    doubts: list[Doubt] = field(default_factory=list)
+
+    def tool_of(self, row: Sequence[float]) -> int:
+        """Return the number of the tool in the spindle; without any M6 a T changes at once, as on a turret."""
+        return max(int(row[19] if self.changed_tool >= 0 else row[18]), 0)
+
+    def keep_compensation(self) -> None:
+        """Keep the compensation of the last row."""
+        if self.compensation is not None:
+            self.compensations[len(self.rows) - 1] = self.compensation
 
     def keep_directions(self, directions: tuple[float, ...]) -> None:
         """Keep the directions of the tool at both ends of the last row, see `centre_control`."""
@@ -183,11 +201,13 @@ class Segments:
              plane: tuple[int, int] = (0, 1)) -> None:
         """Add a straight line, m and m/s."""
         self.rows.append((0, *start, *end, *start, 0.0, *plane, feed, rapid, stop, number, *self._spindle))
+        self.keep_compensation()
 
     def arc(self, start: Sequence[float], end: Sequence[float], center: Sequence[float], *, sweep: float,
             plane: tuple[int, int], feed: float, stop: bool, number: int) -> None:
         """Add an arc, m, rad and m/s."""
         self.rows.append((1, *start, *end, *center, sweep, *plane, feed, False, stop, number, *self._spindle))
+        self.keep_compensation()
 
     @property
     def _spindle(self) -> tuple[float, float, float, float]:
@@ -202,6 +222,7 @@ class Segments:
 
     def program(self, name: str, text: str, *, words: Sequence[tuple[int, str, float]], remarks: Remarks) -> Program:
         """Return the arrays; raise FileFaults for faults, or where nothing moves."""
+        compensate_rows(self, remarks)
         if remarks.faults:
             raise FileFaults(name, text, remarks.fault_list())
         if not self.rows:
@@ -212,7 +233,7 @@ class Segments:
         tool = t[:, 19] if (t[:, 19] >= 0).any() else t[:, 18]  # without an M6 a T changes at once, as on a turret
         return Program(t[:, 0].astype(int), t[:, 1:4], t[:, 4:7], t[:, 7:10], t[:, 10], t[:, 11:13].astype(int), t[:, 13],
                        t[:, 14] > 0, (t[:, 15] > 0) | (dwell > 0), t[:, 16].astype(int), dwell, tuple(words),
-                       remarks.note_list(), t[:, 17], np.maximum(tool, 0).astype(int), t[:, 20].astype(int),
+                       (*self.doubts, *remarks.note_list()), t[:, 17], np.maximum(tool, 0).astype(int), t[:, 20].astype(int),
                        np.array(self.rotations), tuple(sorted(self.rotary)), *self._turned_rows(len(t)))
 
     def _turned_rows(self, count: int) -> tuple[FloatArray, np.ndarray, np.ndarray]:

@@ -129,6 +129,8 @@ class ProgramPart(Part):
     speed: Annotated[float, StatedScalar(units.SPEED, ge=0)] = 0.0
     first_feed: Annotated[float, StatedScalar(units.FEED, gt=0)] | None = None
     stick_out: Annotated[float, StatedScalar(units.LENGTH, ge=0, le=1)] = 0.0
+    stick_outs: dict[int, Annotated[float, StatedScalar(units.LENGTH, gt=0, le=1)]] = {}
+    wear_only: bool = False
     holder: Annotated[float, StatedScalar(units.LENGTH, ge=0, le=1)] = 0.0
     spacing: Annotated[float, StatedScalar(units.LENGTH, ge=0, le=0.1)] = 0.0
     servo: bool = True

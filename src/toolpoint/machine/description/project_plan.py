@@ -98,8 +98,9 @@ class ProjectProgram:
     the machine file; tools : files of further tools by number; coefficient_deviation : of these, relative; tips : files of
     their own responses, shafts : their shaft files, which stand on the machine where the coupled tool begins, by number.
     zero : axis positions at the program's zero, m or rad; speed : rev/min, where the program holds no S; first_feed : m/s,
-    before its first F; stick_out, holder : m, 0 where not known; spacing : of the dexels, m, 0 for that of the smallest tool.
-    servo : whether the project's servo follows the program; part : STL file that must not be cut into.
+    before its first F; stick_out, holder : m, 0 where not known; stick_outs : of tools by number, m; wear_only : whether radius
+    compensation corrects wear alone, as the program holds the path of the tool's centre; spacing : of the dexels, m, 0 for that
+    of the smallest tool. servo : whether the project's servo follows the program; part : STL file that must not be cut into.
     record : of the spindle's power, torque or current; signal : its name there; efficiency : power at the tool over that of the
     record.
     """
@@ -115,7 +116,9 @@ class ProjectProgram:
     speed: float = 0.0
     first_feed: float | None = None
     stick_out: float = 0.0
+    stick_outs: Mapping[int, float] = field(default_factory=dict)
     holder: float = 0.0
+    wear_only: bool = False
     spacing: float = 0.0
     servo: bool = True
     part: str | None = None

@@ -29,7 +29,7 @@ def lay_lines(stock: Stock, spacing: float, *, motions: FloatArray, block: np.nd
     for axis in range(3):
         p, q = [i for i in range(3) if i != axis]
         u, v = (stock.lower[i] + cells[i] * (np.arange(count[i]) + 0.5) for i in (p, q))
-        ends = _ends(stock, axis, u, v)
+        ends = lines_of_stock(stock, axis, x=u, y=v)
         filled = np.zeros((u.size, v.size, MAX_LINE_INTERVALS, 2))
         has_interval = ~np.isnan(ends[..., 0])
         if has_interval.sum(axis=2).max(initial=0) > MAX_LINE_INTERVALS // 2:
@@ -52,7 +52,7 @@ def _owners(*ends: FloatArray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return x, y, z
 
 
-def _ends(stock: Stock, axis: int, x: FloatArray, y: FloatArray) -> FloatArray:
+def lines_of_stock(stock: Stock, axis: int, *, x: FloatArray, y: FloatArray) -> FloatArray:
     """Return the intervals (nx, ny, n, 2) of a stock along an axis, not a number where there is none; known ones come first."""
     ends = np.empty((x.size, y.size, 1, 2))
     if stock.kind == MESH_KIND:

@@ -130,7 +130,8 @@ def _line_ratio(samples: FloatArray, width: int) -> tuple[FloatArray, FloatArray
     median_index = (np.arange(power.shape[0]) // width + BACKGROUND_WIDTHS // 2) // BACKGROUND_WIDTHS
     background = medians[np.minimum(median_index, medians.shape[0] - 1)]
     # The median of exponential power is ln 2 of its mean; of a mean of several lines nearly the mean.
-    background = np.maximum(background / (np.log(2) if width == 1 else 1.0), 1e-30 * power.max(initial=1e-300))
+    floor = max(1e-30 * power.max(initial=0.0), float(np.finfo(float).tiny))
+    background = np.maximum(background / (np.log(2) if width == 1 else 1.0), floor)
     return (smooth / background).mean(axis=1), background
 
 

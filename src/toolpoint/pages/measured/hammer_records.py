@@ -22,7 +22,18 @@ MAX_DRAWN_RESPONSES = 12  # responses drawn
 
 def hammer_page(result: HammerStudy, warnings: Sequence[str] = (), title: str = "Hammer test", *, is_growing: bool = False
                 ) -> Report:
-    """Return the page of a hammer test; a browser reloads that of one that is still struck."""
+    """Return the page of a hammer test; a browser reloads that of one that is still struck.
+
+    >>> import numpy as np
+    >>> from toolpoint.studies import study_hammer_records
+    >>> from toolpoint.studies.machines.virtual_test import Hammer, hammer_records
+    >>> from toolpoint.vibration import Modes
+    >>> hammer = Hammer(contact=1e-3, force=100.0, hits=3, block=0.5, sample_rate=2048.0)
+    >>> tip = Modes([200.0], [0.03], [[0.2]], ["tip:+x"])
+    >>> record = hammer_records(tip, "tip:+x", ["tip:+x"], rng=np.random.default_rng(1), hammer=hammer)
+    >>> hammer_page(study_hammer_records([record])).title
+    'Hammer test'
+    """
     report = Report(title, result.status, reload_seconds=GROWING_RELOAD_SECONDS if is_growing else 0)
     if result.doubts:
         report = report.with_section("Doubts", Notes(list(result.doubts), "warning", "Look at these first"))

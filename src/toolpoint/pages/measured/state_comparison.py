@@ -16,7 +16,16 @@ _SHOWN_NUMBERS = 12  # numbers of machine files that are listed
 
 
 def state_comparison_page(result: StateComparison, warnings: Sequence[str] = ()) -> Report:
-    """Return the page of a comparison of two states."""
+    """Return the page of a comparison of two states.
+
+    >>> import numpy as np
+    >>> from toolpoint.studies import compare_two_states
+    >>> from toolpoint.vibration import Modes
+    >>> may, june = (Modes([f, 120.0], 0.02, [[0.1, 0.05], [0.02, -0.1]], ["tool:+x", "tool:+y"]) for f in (80.0, 78.0))
+    >>> result = compare_two_states(("May", (may, None)), ("June", (june, None)), rng=np.random.default_rng(1))
+    >>> state_comparison_page(result).title
+    'May and June: what moved'
+    """
     older, newer = result.older, result.newer
     report = Report(f"{older.name} and {newer.name}: what moved", result.answer(),
                     subtitle=f"{older.modes.count} modes before, {newer.modes.count} after")

@@ -7,7 +7,7 @@ from typing import Any
 
 from toolpoint.pages.project.program import program_parts
 from toolpoint.plot import Cell, Notes, Report, Table
-from toolpoint.project import ProjectResults
+from toolpoint.project import ProjectResults, StateDifference
 
 MARKS = {"done": "good", "by hand": "assumed", "failed": "doubtful", "stopped": "doubtful"}
 MAX_SHOWN_SHARES = 4  # sources named beside a limit
@@ -36,11 +36,20 @@ def project_page(result: ProjectResults, warnings: Sequence[str] = ()) -> Report
         caption = (f"95 % half width of the {data['next']['answer']}: today {100 * data['next']['today']:.3g} %, after a "
                    f"random one of these tests {100 * data['next']['random']:.3g} %.")
         report = report.with_section("What to measure", Table(["test", "half width after it %"], rows, caption))
+    if result.difference is not None:
+        report = report.with_section("What differs from an earlier run", *_difference_parts(result.difference))
     report = report.with_section("Evidence, step by step", _steps(data["steps"]), _files(data["steps"]))
     report = report.with_section("Methods", str(data["methods"]))
     if warnings:
         report = report.with_section("Remarks", Notes(list(warnings), "warning"))
     return report.with_assumptions(*data["assumptions"])
+
+
+def _difference_parts(difference: StateDifference) -> list[Table | Notes | str]:
+    """Return the parts of the section about two kept states."""
+    tables = [Table(list(header), [list(row) for row in rows], f"{title}.")
+              for title, header, rows in difference.tables() if rows]
+    return [difference.summary, *tables, Notes(list(difference.changed_inputs) or ["Nothing."], "note", "What was changed")]
 
 
 def _limits(goals: Mapping[str, Any]) -> Table:

@@ -177,6 +177,13 @@ class TableFields:
         What the values are, printed small.
     remedy : str
         The command for numbers that were not computed; `{0}` and `{1}` stand for them.
+
+    >>> import numpy as np
+    >>> values = np.array([[[1e-3, 3e-3]], [[6e-4, np.inf]]])  # immersions 0.25 and 0.5, two teeth, two speeds
+    >>> fields = TableFields(("immersion", "teeth"), (0.5, 2), (0.25, 0.5), (2,), (1000, 2000), values, np.full((2, 1), 4e-3),
+    ...                      1e3, "mm", "By the engine.", "Run --immersion {0} --teeth {1}.")
+    >>> fields.labels
+    ('immersion', 'teeth')
     """
 
     labels: tuple[str, str]

@@ -39,7 +39,12 @@ class BlockQuantity:
 @dataclass(frozen=True, eq=False)
 class BlockLobes:
     """Stable depth (m) over the spindle speed (rev/min) of the blocks (k,) that share an engagement; not a number above the
-    depths that were searched. depth (m), now (rev/min): of the worst of them."""
+    depths that were searched. depth (m), now (rev/min): of the worst of them.
+
+    >>> lobes = BlockLobes(np.array([3, 4]), np.array([8000.0, 9000.0]), np.array([1e-3, np.nan]), 8e-4, 8500.0)
+    >>> lobes.blocks.tolist(), lobes.now
+    ([3, 4], 8500.0)
+    """
 
     blocks: np.ndarray
     speed: FloatArray

@@ -58,7 +58,8 @@
       });
       if (window.toolpointPick) window.toolpointPick();
     });
-    const recolour = (on, more) => window.Plotly.relayout(root, { ...colours(root._fullLayout, on), ...more });
+    // Before a chart is drawn there is nothing to recolour, and it begins in the colours of then.
+    const recolour = (on, more) => root._fullLayout && window.Plotly.relayout(root, { ...colours(root._fullLayout, on), ...more });
     dark.addEventListener("change", () => recolour(dark.matches));
     // A chart drawn for a wide window would be cut at the edge of the paper.
     window.addEventListener("beforeprint", () => recolour(false, { autosize: false, width: PAPER_WIDTH }));

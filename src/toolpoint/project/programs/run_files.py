@@ -88,13 +88,16 @@ def run_files(files: ProgramFiles, settings: Mapping[str, Any], dynamics: Machin
     Raises ToolpointError where no cut is described, and as `studies.run_program` does.
     """
     machine = dynamics if isinstance(dynamics, Machine) else None
-    stock, parsed = read_stock_and_program(files, settings)
-    text = files.program.read_text(encoding="utf-8-sig", errors="replace")
+    cut = _cut(machine, settings)
     cuts = {int(number): io.read_tool(path) for number, path in zip(settings["tools"], files.tools, strict=True)}
-    is_tilted, tips = parsed.is_tilted or parsed.is_five_axis, read_tips(files, settings)
+    radii = io.CutterRadii.of_cuts(cut, cuts, wear_only=settings["wear_only"])
+    stock, parsed = read_stock_and_program(files, settings, radii)
+    text = files.program.read_text(encoding="utf-8-sig", errors="replace")
+    is_tilted, tips = parsed.is_tilted, read_tips(files, settings)
     servo = None if files.servo is None or is_tilted else io.read_drives(files.servo)
     setup = studies.describe_machining(
-        stock, _cut(machine, settings), cuts=cuts, stick_out=settings["stick_out"], holder_diameter=settings["holder"],
+        stock, cut, cuts=cuts, stick_out=settings["stick_out"],
+        stick_outs={int(number): length for number, length in settings["stick_outs"]}, holder_diameter=settings["holder"],
         zero=settings["zero"], speed=settings["speed"], spacing=settings["spacing"],
         limits=studies.CuttingLimits(**settings["spindle"]), drives=servo,
         part=None if files.part is None or is_tilted else io.read_surface(files.part))
@@ -128,11 +131,12 @@ def _read_record(file: Path | None, settings: Mapping[str, Any]) -> tuple[tuple[
     return (signal.time, signal.values), {"unit": signal.unit, "name": signal.name, "efficiency": settings["efficiency"]}
 
 
-def read_stock_and_program(files: ProgramFiles, settings: Mapping[str, Any]) -> tuple[Stock, Any]:
+def read_stock_and_program(files: ProgramFiles, settings: Mapping[str, Any], radii: io.CutterRadii) -> tuple[Stock, Any]:
     """Return the stock of a program, and the program as its reader gives it, begun above the stock."""
     kind, lengths = read_stock(settings["stock"])
     stock = studies.stock_of(kind, lengths, None if files.stock is None else io.read_surface(files.stock))
-    return stock, io.read_program(files.program, start=(0.0, 0.0, float(stock.upper[2]) + 0.1), feed=settings["first_feed"])
+    return stock, io.read_program(files.program, start=(0.0, 0.0, float(stock.upper[2]) + 0.1), feed=settings["first_feed"],
+                                  cutter_radius=radii)
 
 
 def _cut(machine: Machine | None, settings: Mapping[str, Any]) -> CuttingDescription:

@@ -30,7 +30,8 @@ def program_settings(program: ProjectProgram, project: ProjectDescription) -> di
             "shafts": list(program.shafts), "point": "" if coupling is None or coupling.point is None else coupling.point,
             "cut": None if cut is None else {"values": flat_values(cut.cut), "deviation": cut.coefficient_deviation},
             "coefficient_deviation": program.coefficient_deviation, "zero": dict(program.zero), "speed": program.speed,
-            "first_feed": program.first_feed, "stick_out": program.stick_out, "holder": program.holder,
+            "first_feed": program.first_feed, "stick_out": program.stick_out,
+            "stick_outs": list(program.stick_outs.items()), "wear_only": program.wear_only, "holder": program.holder,
             "spacing": program.spacing, "signal": program.signal, "efficiency": program.efficiency, "spindle": spindle}
 
 
@@ -52,6 +53,9 @@ def program_command(program: ProjectProgram, project: ProjectDescription, source
     numbers = {"--speed": program.speed, "--stick-out": 1e3 * program.stick_out, "--holder": 1e3 * program.holder,
                "--spacing": 1e3 * program.spacing, "--first-feed": 60e3 * (program.first_feed or 0.0)}
     words += [word for name, number in numbers.items() if number for word in (name, f"{number:.9g}")]
+    for number, length in program.stick_outs.items():
+        words += ["--stick-out-of", f"{number}={1e3 * length:.9g}"]
+    words += ["--wear-only"] if program.wear_only else []
     words += _spindle_words(program)
     files = {"--part": program.part, "--record": program.record, "--drives": project.servo if program.servo else None}
     words += [word for name, file in files.items() if file is not None for word in (name, file)]

@@ -121,8 +121,9 @@ def gain_notes(frf: Frf) -> list[str]:
         others = [stiffness * factor for factor in (GRAVITY_FACTOR, 1 / GRAVITY_FACTOR)
                   if TIP_STIFFNESS_RANGE[0] < stiffness * factor < TIP_STIFFNESS_RANGE[1]]
         if others:
-            notes.append(f"{dof}: static stiffness {stiffness / 1e6:.3g} N/um; were g taken for m/s^2 it would be "
-                         f"{' or '.join(f'{value / 1e6:.3g}' for value in others)} N/um, which tips have too, and limits 9.81 "
+            # Two digits: it is a tenth off that of the modes, which stands beside it in the result of `tap`.
+            notes.append(f"{dof}: static stiffness {stiffness / 1e6:.2g} N/um by what its lines lose; were g taken for m/s^2 it "
+                         f"would be {' or '.join(f'{value / 1e6:.2g}' for value in others)} N/um, which tips have too, and limits 9.81 "
                          "times off: this response alone does not tell; a known mass that is struck does")
     return notes
 

@@ -93,6 +93,8 @@ class MachiningSetup:
         Triangles of the part that must not be cut into, m; none where empty.
     planned : JerkLimits, optional
         Of the set points: speed, acceleration and jerk along the path; with them feeds are those of the planner.
+    rotary_speed, rotary_acceleration : float
+        Limits of the rotary axes of five-axis programs, rad/s and rad/s^2; infinite where not known.
     drives : DriveDescription, optional
         Servo of the axes: it follows the program under the cutting forces. Its limits are the planner's where `planned` is
         left out.
@@ -120,6 +122,8 @@ class MachiningSetup:
     part: FloatArray = field(default_factory=lambda: np.zeros((0, 3, 3)))
     planned: JerkLimits | None = None
     drives: DriveDescription | None = None
+    rotary_speed: float = float("inf")
+    rotary_acceleration: float = float("inf")
 
     def __post_init__(self) -> None:
         if self.planned is None and self.drives is not None:
@@ -127,6 +131,9 @@ class MachiningSetup:
             object.__setattr__(self, "planned", JerkLimits(limits.speed, limits.acceleration, limits.jerk))
         if self.spacing:
             positive("spacing", self.spacing, 0.1)
+        for name in ("rotary_speed", "rotary_acceleration"):
+            if not getattr(self, name) > 0:
+                fail(name, f"{getattr(self, name):g}", "must be above zero")
         for number, cut in {0: self.cut, **self.cuts}.items():
             tool_of(cut), coefficients_of(cut)  # faults of a cut are told before any work
             flute = cut.tool.flute_length

@@ -133,6 +133,17 @@ def study_hammer_records(records: RecordSet | Sequence[Record], *, duration: flo
     ------
     ToolpointError
         Where no hit is usable (with the reasons of each), channels do not fit together, a decided hit is not there.
+
+    Examples
+    --------
+    >>> from toolpoint.studies.machines.virtual_test import Hammer, hammer_records
+    >>> from toolpoint.vibration import Modes
+    >>> tip = Modes([200.0], [0.03], [[0.2]], ["tip:+x"])
+    >>> hammer = Hammer(contact=1e-3, force=100.0, hits=3, block=0.5, sample_rate=2048.0)
+    >>> record = hammer_records(tip, "tip:+x", ["tip:+x"], rng=np.random.default_rng(1), hammer=hammer)
+    >>> study = study_hammer_records([record])
+    >>> study.used, abs(float(study.frf.frequency[abs(study.frf.values[:, 0, 0]).argmax()]) - 200.0) < 20
+    (3, True)
     """
     record_set = records if isinstance(records, RecordSet) else RecordSet(tuple(records), tuple(
         record.name or f"record {k}" for k, record in enumerate(records, 1)))

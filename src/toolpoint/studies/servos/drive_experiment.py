@@ -208,9 +208,12 @@ def set_points_of(path: Path, drives: DriveDescription, servo: Servo) -> tuple[C
     step = servo.controllers[0].position.sample_time
     command = plan.command(step)
     place = Command(plan.progress(step, path)[:, None], step)
-    window = max(_SMOOTHING_TIME, step)
-    smooth = smooth_command(command, window).extended(_SETTLING_TIME)
-    return smooth, smooth_command(place, window).extended(_SETTLING_TIME).position[:, 0]
+    return smooth_set_points(command), smooth_set_points(place).position[:, 0]
+
+
+def smooth_set_points(command: Command) -> Command:
+    """Return set points as a control smooths them, with a rest at the end."""
+    return smooth_command(command, max(_SMOOTHING_TIME, command.sample_time)).extended(_SETTLING_TIME)
 
 
 def _simulation_words(drives: DriveDescription, servo: Servo, command: Command) -> str:

@@ -76,19 +76,33 @@ def structure_at(machine: Machine, pose: Mapping[str, float] | None, *, ends: Ma
     return Structure(states, {key: Attachment(dof, dof, "d" + dof) for key, dof in ends.items()}, dict(tools))
 
 
+def question_damping(drives: DriveDescription, machine: Machine | None) -> list[Doubt]:
+    """Return the doubt about active damping by a sensor at the tool: ideal, and the table alone without a machine."""
+    damped = [name for name, axis in drives.axes.items()
+              if axis.velocity.damping_gain and axis.velocity.damping_sensor == "tool"]
+    if not damped:
+        return []
+    words = "without noise, drift or a delay of its own"
+    if machine is None or all(drives.axes[name].ends is None for name in damped):
+        words += ", and without a machine that is the table's own place: what the frame does is not in it"
+    return [Doubt(f"active damping of {', '.join(damped)}", f"takes the table against the tool from an ideal sensor, {words}",
+                  "damping_sensor: scale is a sensor that the machine has")]
+
+
 def question_structure(drives: DriveDescription, machine: Machine | None, pose: Mapping[str, float] | None = None
                        ) -> list[Doubt]:
-    """Return the doubt about an equivalent damping in time of a structure with loss factors, with its error.
+    """Return the doubts about active damping, and about a structure's equivalent damping in time of its loss factors.
 
     The error is the largest over the lines about the modes of the difference to the direct solution, over the response there.
     """
+    doubts = question_damping(drives, machine)
     if machine is None or not any(axis.ends is not None for axis in drives.axes.values()):
-        return []
+        return doubts
     free, ends, tools = free_machine(drives, machine)
     labels = list(dict.fromkeys([*ends.values(), *tools.values()]))
     system = assemble(free, pose, labels, inputs=list(dict.fromkeys(ends.values())))
     if system.structural_damping is None or not np.any(system.structural_damping):
-        return []
+        return doubts
     frequency = eigen.solve_undamped(replace(system, damping=None, structural_damping=None)).frequency
     moving = frequency[frequency > RIGID_MODE_RATIO * frequency.max()]
     lines = np.unique(np.concatenate([np.geomspace(0.3 * moving.min(), min(1.2 * moving.max(), MAX_JUDGED_FREQUENCY),
@@ -98,8 +112,9 @@ def question_structure(drives: DriveDescription, machine: Machine | None, pose: 
     error = np.linalg.norm(equivalent - exact, axis=(1, 2)) / np.linalg.norm(exact, axis=(1, 2))
     worst_line = int(error.argmax())
     if error[worst_line] < MIN_EQUIVALENT_ERROR:
-        return []
-    return [Doubt("structure", f"its loss factors are taken in time as viscous damping of equal loss at each resonance: its "
-                  f"response at the drives errs by up to {100 * error[worst_line]:.2g} % (at {lines[worst_line]:.4g} Hz), by "
-                  f"{100 * float(np.median(error)):.2g} % in the median", "give dampers in place of the loss factors to "
-                  "compare", figure=float(error[worst_line]))]
+        return doubts
+    return [*doubts, Doubt(
+        "structure", f"its loss factors are taken in time as viscous damping of equal loss at each resonance: its response at "
+        f"the drives errs by up to {100 * error[worst_line]:.2g} % (at {lines[worst_line]:.4g} Hz), by "
+        f"{100 * float(np.median(error)):.2g} % in the median", "give dampers in place of the loss factors to compare",
+        figure=float(error[worst_line]))]

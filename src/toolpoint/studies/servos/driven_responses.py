@@ -22,7 +22,7 @@ from toolpoint.drives.description import DriveDescription
 from toolpoint.machine import Machine
 from toolpoint.machine.assembly.system import assemble
 from toolpoint.studies.machines.machine_responses import study_responses_of_machine
-from toolpoint.studies.servos.drive_structure import free_machine
+from toolpoint.studies.servos.drive_structure import free_machine, question_damping
 from toolpoint.studies.text_table import text_table
 from toolpoint.vibration import Dof, Frf, eigen, state_space
 
@@ -131,7 +131,7 @@ def study_driven_responses(machine: Machine, drives: DriveDescription, pose: Map
         response = respond_to_forces(servo, forces, outputs, frequency=springs.frequency, state=state, losses=losses)
         frfs[state] = _frf(response, springs)
     frfs[SPRINGS] = springs
-    return DrivenResponses(machine.name, frfs, tuple(_doubts(servo, frfs)), _NOTES)
+    return DrivenResponses(machine.name, frfs, (*question_damping(drives, machine), *_doubts(servo, frfs)), _NOTES)
 
 
 def build_structure(machine: Machine, drives: DriveDescription, pose: Mapping[str, float] | None, *, labels: Sequence[str]

@@ -13,7 +13,8 @@ from toolpoint._doubt import Doubt, mark_notes
 from toolpoint._notebook import NotebookText
 from toolpoint._rounding import number_text
 from toolpoint.drives.build import build_servo
-from toolpoint.drives.controller.loops import bandwidth, check_stable, compute_loops
+from toolpoint.drives.controller.loop_stability import check_stable
+from toolpoint.drives.controller.loops import bandwidth, compute_loops
 from toolpoint.drives.controller.servo import Servo
 from toolpoint.drives.controller.step_response import StepFigures, step_figures
 from toolpoint.drives.description import DriveDescription

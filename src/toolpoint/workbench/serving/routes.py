@@ -6,7 +6,7 @@
 | GET /api/view/NAME | | `WorkbenchView` as JSON |
 | GET /api/events | Last-Event-ID | events ``step``, ``job``, ``recording``, ``changed``, ``reset`` |
 | GET, POST, DELETE /api/job | ``{steps, overwrite}`` | the job; starts one, stops it |
-| POST /api/machine/look, limit, curve, interval, band | `MachineRequest` | numbers of one state of the machine |
+| POST /api/machine/look, limit, curve, interval, band, map, limit_map | `MachineRequest` | numbers of one state |
 | POST /api/machine/number | ``{text, path}`` | a typed number in SI |
 | POST /api/machine/save | ``{name, values}`` | the file that was written |
 | POST /api/begin | | begins a project in an empty folder |

@@ -23,6 +23,7 @@ VIEWS = {"project": ("project_view", "view_project"), "machine": ("machine_view"
 MACHINE_DEEDS = {"look": ("machine_view", "look_at_machine"), "limit": ("lobes_view", "limit_deed"),
                  "curve": ("lobes_view", "curve_deed"), "interval": ("lobes_view", "interval_deed"),
                  "band": ("lobes_view", "band_deed"), "map": ("workspace_map", "map_deed"),
+                 "limit_map": ("workspace_map", "limit_map_deed"),
                  "sound": ("cut_sound", "sound_deed"), "difference": ("advice_view", "difference_deed")}
 
 # Rooms load their modules on first use. Two threads that do so at once may each see a half-loaded module of the other, so the
@@ -43,8 +44,10 @@ def _has(name: str, project: Project) -> bool:
     """Whether a project has what a view shows."""
     places = {step.name: [project.folder / path for path in step.output_paths] for step in project.chain.steps}
     files = {step: paths for step, paths in places.items() if any(path.is_file() for path in paths)}
-    if name in ("machine", "compare"):
+    if name == "machine":
         return _has_machine(project)
+    if name == "compare":
+        return _has_machine(project) or len(project.states) > 1
     if name == "lobes":
         has_tip = any("tip_x" in step.inputs and (project.folder / str(step.inputs["tip_x"])).is_file()
                       for step in project.chain.steps)

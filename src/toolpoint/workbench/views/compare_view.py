@@ -1,4 +1,5 @@
-"""View that compares two machine files of a project: modes, responses of the tool, and the limit at the goals' speeds."""
+"""View that compares two machine files of a project: modes, responses of the tool, and the limit at the goals' speeds; or
+two tests, or two kept states."""
 
 from __future__ import annotations
 
@@ -16,6 +17,7 @@ from toolpoint.studies.machines.tool_yielding import spring_paths
 from toolpoint.workbench.state.access import path_beneath
 from toolpoint.workbench.state.desk import Desk
 from toolpoint.workbench.state.machine_request import MachineRequest
+from toolpoint.workbench.views.compare_states import kept_entries, view_two_states
 from toolpoint.workbench.views.compare_tests import date_of, test_files, view_two_tests
 from toolpoint.workbench.views.machine_look import drawn_shapes, limit_of, response_lines, response_of, state_of
 from toolpoint.workbench.views.machine_view import cuts_of
@@ -26,7 +28,10 @@ MIN_SHOWN_DIFFERENCE = 1e-6  # relative: smaller differences of a spring are not
 
 def machine_files(desk: Desk, project: Project) -> list[str]:
     """Return the machine files of a project: that of its results first, then those in its folder."""
-    files = [project.machine_file.relative_to(desk.folder).as_posix()]
+    try:
+        files = [project.machine_file.relative_to(desk.folder).as_posix()]
+    except ToolpointError:  # a project of a struck tip
+        return []
     for path in sorted(desk.folder.glob("*.y*ml")):
         try:
             if path.name not in ("project.yaml", "tried.yaml") and io.kind_of(path) == "machine":
@@ -45,21 +50,26 @@ def view_compare(desk: Desk, first: str = "", second: str = "") -> WorkbenchView
     project = desk.project()
     tests = test_files(desk, project)
     machines = machine_files(desk, project)
-    files = [*machines, *tests]
-    names = (first or machines[0], second or machines[min(1, len(machines) - 1)])
+    states = kept_entries(project)
+    files = [*machines, *tests, *states]
+    names = _chosen_names(first, second, machines, list(states))
     for name in names:
         if name not in files:
             fail("file", repr(name), f"must be one of {', '.join(files)}")
     data: dict[str, Any] = {"files": files, "first": names[0], "second": names[1],
-                            "labels": {name: tests.get(name, f"{name}, {date_of(desk.folder, name)}") for name in files}}
+                            "labels": {name: {**tests, **states}.get(name) or f"{name}, {date_of(desk.folder, name)}"
+                                       for name in files}}
+    if names[0] in states and names[1] in states and names[0] != names[1]:
+        return view_two_states(project, names, data)
     if names[0] in tests and names[1] in tests and names[0] != names[1]:
         return view_two_tests(desk, names, data)
-    if (names[0] in tests) != (names[1] in tests):
-        words = ("A machine file and a test are two kinds: choose two machine files or two tests. Shapes of test and model "
-                 "stand side by side under Modes.")
+    kinds = {"test" if name in tests else "kept state" if name in states else "machine file" for name in names}
+    if len(kinds) > 1:
+        words = (f"A {' and a '.join(sorted(kinds))} are two kinds: choose two machine files, two tests or two kept states. "
+                 "Shapes of test and model stand side by side under Modes.")
         return WorkbenchView("compare", words, commands=(command_line("run", "."),), data=data)
-    if names[0] in tests:
-        return WorkbenchView("compare", "Choose another test as the second: one stands beside itself.",
+    if names[0] not in machines:
+        return WorkbenchView("compare", f"Choose another {kinds.pop()} as the second: one stands beside itself.",
                              commands=(command_line("run", "."),), data=data)
     if names[0] == names[1]:
         return WorkbenchView("compare", "There is one machine file only: save a changed machine under another name, then "
@@ -72,6 +82,12 @@ def view_compare(desk: Desk, first: str = "", second: str = "") -> WorkbenchView
                          (f"states = io.read_two_states({names[0]!r}, {names[1]!r})",
                           "print(studies.compare_two_states(*states).table())"),
                          {**data, **content})
+
+
+def _chosen_names(first: str, second: str, machines: list[str], states: list[str]) -> tuple[str, str]:
+    """Return what is compared where a person has chosen nothing: two machine files, else the last two kept states."""
+    files = machines if len(machines) > 1 or len(states) < 2 else states[1::-1]
+    return first or files[0], second or files[min(1, len(files) - 1)]
 
 
 def _no_interval() -> tuple[Doubt, ...]:

@@ -31,6 +31,7 @@ from toolpoint.workbench.views.view import WorkbenchView, command_line, pose_wor
 # Values of a cut with a slider: key, factor of its ends over the value, unit shown, SI of that unit.
 CUT_SLIDERS = (("tangential", 4.0, "MPa", 1e6), ("normal", 4.0, "MPa", 1e6), ("immersion", 0.0, "", 1.0),
                ("diameter", 2.0, "mm", 1e-3))
+MIN_TEETH_END = 8  # where the slider of the teeth ends at least
 BAND_SPEEDS = 15  # of the band over the range of a cut
 MAX_INTERVAL_DRAWS = 200  # draws of an interval that the page waits for
 
@@ -85,6 +86,9 @@ def _cut(name: str, cut: CuttingDescription, project: Project) -> dict[str, Any]
         if isinstance(value, (int, float)) and value > 0:
             ends = (0.02, 1.0) if reach == 0 else (value / reach, value * reach)
             sliders.append({"key": key, "value": value, "lower": ends[0], "upper": ends[1], "unit": unit, "scale": scale})
+    if not cut.tool.pitch and not isinstance(cut.tool.helix, tuple):  # angles of each tooth are of their number
+        sliders.append({"key": "teeth", "value": cut.tool.teeth, "lower": 1, "upper": max(2 * cut.tool.teeth, MIN_TEETH_END),
+                        "unit": "", "scale": 1.0, "step": 1})
     goal = next((goal for goal in project.description.goals.values() if goal.cut == name), None)
     return {"name": name, "speeds": list(cut.speeds), "sliders": sliders,
             "speed_rpm": sum(cut.speeds) / 2 if goal is None else goal.speed, "depth_m": None if goal is None else goal.depth}

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from toolpoint._check import FloatArray, ToolpointError
+from toolpoint._check import FloatArray, ToolpointError, fail
 from toolpoint._doubt import Doubt, doubts_among
 from toolpoint.cutting import MillingProblem, StabilityChart, ZeroOrder, stability
 from toolpoint.cutting.description import CuttingDescription, flat_values
@@ -60,6 +60,10 @@ def state_of(machine: Machine, request: MachineRequest, cut: CuttingDescription 
 def apply_cut_values(cut: CuttingDescription, values: Mapping[str, float]) -> CuttingDescription:
     """Return a cut with numbers changed by their flat keys, SI; ``depth`` is that of a question and no number of a cut."""
     changes = {key: value for key, value in values.items() if key != "depth"}
+    if "teeth" in changes:  # JSON knows no whole numbers
+        if not changes["teeth"].is_integer():
+            fail("teeth", f"{changes['teeth']:g}", "must be a whole number")
+        changes = {**changes, "teeth": int(changes["teeth"])}
     return CuttingDescription.of(**{**flat_values(cut), **changes}) if changes else cut
 
 

@@ -44,7 +44,7 @@ window.Workbench = window.Workbench || { views: {} };
         draft.change((state) => { state.values = { ...state.values, ...change.values }; });
         location.hash = "#/machine";
       };
-      const shown = W.make("div", { id: "wb-difference", "aria-live": "polite" });
+      const shown = W.keptPlace("difference " + data.digest, () => W.make("div", { id: "wb-difference", "aria-live": "polite" }));
       const compare = (change) => async () => {
         shown.replaceChildren(W.make("p", { class: "key", role: "status", text: W.word("loading") }));
         try {
@@ -57,7 +57,7 @@ window.Workbench = window.Workbench || { views: {} };
         `${percent(change.gain_interval[0])} … ${percent(change.gain_interval[1])}`, W.number(change.cost, 3),
         W.make("span", { class: "wb-row" }, ...(W.isExport ? [] : [W.make("button", { type: "button", text: W.word("show.difference"), "aria-label": `${W.word("show.difference")}: ${change.name}`, onclick: compare(change) })]),
           W.make("button", { type: "button", text: W.word("try"), "aria-label": `${W.word("try")}: ${change.name}`, onclick: attempt(change) }))]);
-      const narrowed = W.make("div", { id: "wb-narrowed", "aria-live": "polite" });
+      const narrowed = W.keptPlace("narrowed " + JSON.stringify(data.next), () => W.make("div", { id: "wb-narrowed", "aria-live": "polite" }));
       const narrow = (entry) => () => narrowed.replaceChildren(W.make("h3", { text: entry.test }), widthBars([[W.word("width.today"), next.today], [W.word("width.random"), next.random], [W.word("width.after"), entry.after]]),
         W.make("p", { class: "key", text: W.word("width.key", { answer: next.answer, n: Math.round(100 * (1 - entry.after / next.today)) }) }));
       const next = data.next, tests = (next.candidates || []).map((entry, i) => [i + 1, entry.test, `± ${W.number(100 * entry.after, 2)} %`,
@@ -82,6 +82,8 @@ window.Workbench = window.Workbench || { views: {} };
       const content = [];
       if (data.test_rows) content.push(W.section(W.word("modes"), W.table([["mode"], ["first", ", Hz"], ["second", ", Hz"], ["change", ", %"], ["interval.95", ", %"], ["mac"], ["mac.noise"], ["verdict"]].map(([key, unit]) => W.word(key) + (unit || "")), data.test_rows),
         W.make("ul", {}, data.test_lines.map((text) => W.make("li", { text })))));
+      if (data.state_tables) content.push(...data.state_tables.map((part) => W.section(part.title, W.table(part.header, part.rows))),
+        W.section(W.word("what.changed"), W.make("ul", {}, (data.state_changes.length ? data.state_changes : [W.word("none")]).map((text) => W.make("li", { text })))));
       if (data.springs) content.push(...differenceOf(data));
       place.replaceChildren(...W.head(view, W.word("view.compare")), W.make("div", { class: "wb-run" }, select("first"), select("second")), ...content, W.same(view));
     },

@@ -5,7 +5,7 @@ window.Workbench = window.Workbench || { views: {} };
   const SENT_AT_ONCE = 4; // files on their way at the same time
 
   W.begins = () => W.make("p", {}, W.make("button", { type: "button", class: "wb-main", id: "wb-begin", text: W.word("begin"),
-    onclick: async () => { await W.ask("begin", {}); location.hash = "#/project"; W.open(false); } }));
+    onclick: W.onceAtATime(async () => { await W.ask("begin", {}); location.hash = "#/project"; W.open(false); }) }));
 
   function form(title, fields, button, act) {
     const inputs = fields.map(([id, label, value, options]) => options
@@ -92,17 +92,17 @@ window.Workbench = window.Workbench || { views: {} };
     });
     const said = W.make("span", { role: "status" });
     return W.make("div", {}, W.make("p", { text: W.word("told", { n: files.length }) }), W.table([W.word("file"), W.word("is"), ""], rows),
-      W.make("p", {}, W.make("button", { type: "button", class: "wb-main", id: "wb-confirm", text: W.word("confirm"), onclick: async () => {
+      W.make("p", {}, W.make("button", { type: "button", class: "wb-main", id: "wb-confirm", text: W.word("confirm"), onclick: W.onceAtATime(async () => {
         try { done(await W.ask("intake", { kinds: chosen })); } catch (error) { said.textContent = error.message; said.className = "wb-fault"; }
-      } }), " ", said));
+      }) }), " ", said));
   }
 
   W.intake = function (view) {
     const said = W.make("p", { class: "key", role: "status" }), list = W.make("div"), entered = W.make("div", { class: "wb-entered" });
-    let shown = "";
+    let shown = "", underway = 0;
     const fill = async () => {
       const { files } = await W.ask("intake"), text = JSON.stringify(files);
-      if (text === shown) return; // kinds that a person has chosen stay
+      if (underway || text === shown) return; // half of the files are not to be confirmed; kinds that a person has chosen stay
       shown = text;
       list.replaceChildren(confirmList(files, view.data.kinds, (answer) => {
         W.entered = answer;
@@ -111,7 +111,7 @@ window.Workbench = window.Workbench || { views: {} };
         fill();
       }));
     };
-    const take = async (files) => { if (files.length) { await handOver([...files], said); fill(); } };
+    const take = async (files) => { if (files.length) { underway += 1; try { await handOver([...files], said); } finally { underway -= 1; } fill(); } };
     const input = W.make("input", { type: "file", multiple: true, id: "wb-files", onchange: () => take(input.files) });
     const drop = W.make("div", { class: "wb-drop" }, W.make("label", { for: "wb-files", text: W.word("drop") + " " }), input);
     drop.addEventListener("dragover", (event) => { event.preventDefault(); drop.classList.add("over"); });

@@ -5,32 +5,33 @@ window.Workbench = window.Workbench || { views: {} };
   const REST = 600; // ms without a move before the slow answers are asked for
 
   function cutSlider(slider, state, send) {
-    const names = { tangential: "K_t", normal: "K_n", immersion: W.word("immersion"), diameter: W.word("diameter") };
+    const names = { tangential: "K_t", normal: "K_n", immersion: W.word("immersion"), diameter: W.word("diameter"), teeth: W.word("teeth") };
     const show = (v) => `${W.number(v / slider.scale, 4)} ${slider.unit}`.trim();
-    return W.plainSlider({ id: "cut-" + slider.key, label: names[slider.key] || slider.key, low: slider.lower, high: slider.upper, value: slider.value,
-      show, read: (text) => Number.parseFloat(text) * slider.scale, onmove: (v) => { state.cut_values[slider.key] = v; send(); } });
+    return W.plainSlider({ id: "cut-" + slider.key, label: names[slider.key] || slider.key, low: slider.lower, high: slider.upper, step: slider.step,
+      value: state.cut_values[slider.key] ?? slider.value, show, read: (text) => Number.parseFloat(text) * slider.scale, onmove: (v) => { state.cut_values[slider.key] = v; send(); } });
   }
 
   // Another stick-out is another tip: the coupled tool takes the place of the machine or the struck tip until it is put back.
   function stickOut(entry, state, send) {
     if (entry.reason || W.isExport) return entry.reason ? [W.make("p", { class: "key", id: "stick-out-reason", text: entry.reason })] : [];
     const label = W.word("stick.out", { segment: entry.segment });
-    const slider = W.plainSlider({ id: "stick-out", label, low: entry.lower, high: entry.upper, value: entry.value,
+    const slider = W.plainSlider({ id: "stick-out", label, low: entry.lower, high: entry.upper, value: state.stick_out ?? entry.value,
       show: (v) => `${W.number(1e3 * v, 4)} mm`, read: (text) => Number.parseFloat(text) / 1e3, onmove: (v) => { state.stick_out = v; back.disabled = false; send(); } });
-    const back = W.make("button", { type: "button", id: "stick-out-back", disabled: true, text: W.word("stick.out.back"),
+    const back = W.make("button", { type: "button", id: "stick-out-back", disabled: state.stick_out === undefined, text: W.word("stick.out.back"),
       onclick: () => { delete state.stick_out; slider.put(entry.value); back.disabled = true; send(); } });
     return [slider, W.make("p", { class: "wb-run" }, back, W.make("span", { class: "key", text: W.word("stick.out.key") }))];
   }
 
   // A slider with a field for a number; the unit beside it is fixed.
-  W.plainSlider = function ({ id, label, low, high, value, show, read, onmove }) {
-    const slider = W.make("input", { type: "range", id, min: low, max: high, step: (high - low) / 500, value, "aria-label": label });
+  W.plainSlider = function ({ id, label, low, high, step, value, show, read, onmove }) {
+    const slider = W.make("input", { type: "range", id, min: low, max: high, step: step || (high - low) / 500, value, "aria-label": label });
     const field = W.make("input", { type: "text", class: "wb-value", value: show(value), "aria-label": `${label}, ${W.word("with.unit")}` });
     slider.addEventListener("input", () => { field.value = show(Number(slider.value)); onmove(Number(slider.value)); });
     field.addEventListener("change", () => {
       const v = read(field.value);
       if (!Number.isFinite(v)) { field.value = show(Number(slider.value)); return; }
-      slider.value = v; field.value = show(v); onmove(v);
+      const taken = step ? Math.min(Math.max(Math.round(v / step) * step, low), high) : v; // whole numbers alone
+      slider.value = taken; field.value = show(taken); onmove(taken);
     });
     const row = W.make("div", { class: "wb-slider" }, W.make("label", { for: id, text: label }), slider, field);
     row.put = (v) => { slider.value = v; field.value = show(v); };
@@ -56,10 +57,12 @@ window.Workbench = window.Workbench || { views: {} };
     return rows.length ? W.section(W.word("limits"), W.table([W.word("goal"), W.word("cut"), W.word("speed"), W.word("depth"), W.word("limit"), W.word("interval"), W.word("stable"), W.word("state")], rows)) : null;
   }
 
+  let stood = {}; // where the sliders of each cut stand: a redraw of the view takes them over
   W.views.lobes = {
     title: () => W.word("view.lobes"),
     show(place, view) {
       const data = view.data, same = W.same(view), fault = W.make("div"), live = W.make("div");
+      if (!place.querySelector("#lobes-cut")) stood = {};
       if (!data.cuts.length) { place.replaceChildren(...W.head(view, W.word("view.lobes")), same); return; }
       const words = W.make("p", { class: "wb-limit", "aria-live": "polite" }), sure = W.make("p", { "aria-live": "polite", id: "wb-interval" });
       const sliders = W.make("div"), marks = { goals: [], tried: [], mine: [] }, kept = JSON.parse(localStorage.getItem("toolpoint-lobes-" + document.title) || "{}");
@@ -110,11 +113,13 @@ window.Workbench = window.Workbench || { views: {} };
         ask({ ...state, cut_values: { ...state.cut_values } });
       };
       const choose = () => {
-        state = { cut: cut.name, speed: kept.cut === cut.name && kept.speed ? kept.speed : cut.speed_rpm, cut_values: cut.depth_m ? { depth: cut.depth_m } : {}, values: {}, pose: {} };
+        const stamp = JSON.stringify([cut, data.stick_out]), old = stood[cut.name];
+        state = old && old.stamp === stamp ? old.state : { cut: cut.name, speed: kept.cut === cut.name && kept.speed ? kept.speed : cut.speed_rpm, cut_values: cut.depth_m ? { depth: cut.depth_m } : {}, values: {}, pose: {} };
+        stood[cut.name] = { stamp, state };
         const number = (text) => Number.parseFloat(text);
         speed = W.plainSlider({ id: "lobes-speed", label: W.word("spindle"), low: cut.speeds[0], high: cut.speeds[1], value: state.speed,
           show: (v) => `${Math.round(v)} ${W.word("speed")}`, read: number, onmove: (v) => { state.speed = v; send(); } });
-        depth = W.plainSlider({ id: "lobes-depth", label: W.word("my.depth"), low: 1e-4, high: Math.max(0.02, 3 * (cut.depth_m || 0.005)), value: cut.depth_m || 0.003,
+        depth = W.plainSlider({ id: "lobes-depth", label: W.word("my.depth"), low: 1e-4, high: Math.max(0.02, 3 * (cut.depth_m || 0.005)), value: state.cut_values.depth || cut.depth_m || 0.003,
           show: (v) => `${W.number(1e3 * v, 3)} mm`, read: (text) => number(text) / 1e3, onmove: (v) => { state.cut_values.depth = v; send(); } });
         sliders.replaceChildren(speed, depth, ...cut.sliders.map((slider) => cutSlider(slider, state, send)), ...stickOut(data.stick_out, state, send));
         const goals = Object.entries(data.goals).filter(([, goal]) => goal.cut === cut.name);
@@ -126,9 +131,9 @@ window.Workbench = window.Workbench || { views: {} };
       const select = W.make("select", { id: "lobes-cut", onchange: () => { cut = data.cuts.find((entry) => entry.name === select.value); choose(); } },
         data.cuts.map((entry) => W.make("option", { value: entry.name, text: entry.name, selected: entry === cut })));
       const said = W.make("span", { class: "key", role: "status" });
-      const band = W.make("button", { type: "button", id: "lobes-band", text: W.word("band"), onclick: async () => {
+      const band = W.make("button", { type: "button", id: "lobes-band", text: W.word("band"), onclick: W.onceAtATime(async () => {
         const mine = turn;
-        band.disabled = true; said.textContent = W.word("band.takes");
+        said.textContent = W.word("band.takes");
         try {
           const answer = await W.ask("machine/band", state);
           if (mine === turn && place.firstChild === title) { // the sliders stand as they did
@@ -140,10 +145,9 @@ window.Workbench = window.Workbench || { views: {} };
           }
           said.textContent = "";
         } catch (error) { said.textContent = error.message; }
-        band.disabled = false;
-      } });
-      const heard = W.make("div"), hear = W.make("button", { type: "button", id: "lobes-hear", text: W.word("hear"), onclick: async () => {
-        hear.disabled = true; heard.replaceChildren(W.make("p", { class: "key", role: "status", text: W.word("hear.takes") }));
+      }) });
+      const heard = W.make("div"), hear = W.make("button", { type: "button", id: "lobes-hear", text: W.word("hear"), onclick: W.onceAtATime(async () => {
+        heard.replaceChildren(W.make("p", { class: "key", role: "status", text: W.word("hear.takes") }));
         try {
           const answer = await W.ask("machine/sound", { ...state, cut_values: { depth: Number(depth.querySelector("input[type=range]").value), ...state.cut_values } });
           const play = () => W.playSound(W.floats(answer.sound), answer.rate);
@@ -153,8 +157,7 @@ window.Workbench = window.Workbench || { views: {} };
             ...answer.commands.map((text) => W.make("div", { class: "wb-code" }, W.make("pre", { tabindex: "0", text }), W.copy(text))));
           W.heard = answer; play();
         } catch (error) { heard.replaceChildren(W.fault(error)); }
-        hear.disabled = false;
-      } });
+      }) });
       const [title, answer, doubts] = W.head(view, W.word("view.lobes"));
       place.replaceChildren(title, answer, doubts, W.make("div", { class: "wb-two" },
         W.section(W.word("lobes"), words, sure, chart.node,

@@ -82,7 +82,7 @@ window.Workbench = window.Workbench || { views: {} };
       const axesCount = data.axes.length, rows = [...data.axes.map((axis) => parts.axisRow(axis, draft, send)), ...[...data.springs].sort((a, b) => (b.share || 0) - (a.share || 0)).map((spring) => parts.springRow(spring, draft, send))];
       const sync = (edit) => { if (edit) edit(); rows.forEach((row) => row.sync()); send(); };
       const list = parts.changes(view, draft, sync);
-      const map = axesCount > 1 && !W.isExport ? W.workspaceMap(() => draft.state, data.scene.ramp, (pose) => sync(() => draft.change((state) => { state.pose = { ...state.pose, ...pose }; }))) : null;
+      const map = axesCount > 1 && !W.isExport ? W.workspaceMap(() => draft.state, data.scene.ramp, (pose) => sync(() => draft.change((state) => { state.pose = { ...state.pose, ...pose }; })), data.cuts.length > 0) : null;
       const undo = W.make("button", { type: "button", text: W.word("undo"), onclick: () => { if (draft.undo()) sync(); } });
       const [title, answer, doubts] = W.head(view, data.name), top = title;
       place.replaceChildren(title, answer, doubts, ...(draft.isOther ? [W.make("p", { class: "notes", text: W.word("draft.other") })] : []),

@@ -53,7 +53,7 @@ window.Workbench = window.Workbench || { views: {} };
       W.draws = (W.draws || 0) + 1;
       if (putBack) putBack();
       if (!isAgain) place.focus({ preventScroll: true });
-    } catch (error) { if (mine === turn) place.replaceChildren(W.fault(error)); }
+    } catch (error) { if (mine !== turn) return; place.replaceChildren(W.fault(error)); }
     document.body.dataset.ready = known;
   }
   W.open = open;

@@ -64,6 +64,14 @@ window.Workbench = window.Workbench || { views: {} };
     return W.make("section", {}, W.make("h2", { text: title }), children);
   };
 
+  // An act that a button does once at a time. The button keeps the focus meanwhile, which a disabled one would lose.
+  W.onceAtATime = (act) => async (event) => {
+    const button = event.currentTarget;
+    if (button.getAttribute("aria-disabled")) return;
+    button.setAttribute("aria-disabled", "true");
+    try { await act(event); } finally { button.removeAttribute("aria-disabled"); }
+  };
+
   // What a shell and Python do for the same.
   W.same = function (view) {
     const box = W.make("details", { class: "wb-same", open: view.data && view.data.show_same ? "" : null },

@@ -41,14 +41,15 @@ window.Workbench = window.Workbench || { views: {} };
     const run = W.make("button", { type: "button", class: "wb-main", text: W.word("run"), onclick: async () => {
       run.disabled = true;
       fault.replaceChildren();
-      try { await W.ask("job", { steps: [] }); } catch (error) { fault.replaceChildren(W.fault(error)); }
+      try { await W.ask("job", { steps: [] }); } catch (error) { fault.replaceChildren(W.fault(error)); bar.refresh(W.job); }
     } });
     const stop = W.make("button", { type: "button", text: W.word("stop"), onclick: () => W.ask("job", undefined, "DELETE") });
     const bar = W.make("div", { class: "wb-run" }, run, stop, text, fault);
     bar.put = (current) => { view = current; bar.refresh(W.job); };
     bar.refresh = (job) => {
       const isRunning = job && job.state === "running";
-      run.disabled = isRunning || !view.data.steps.length || W.isExport;
+      run.disabled = !job || isRunning || // before the first answer nobody knows whether one runs
+        !view.data.steps.length || W.isExport;
       stop.hidden = !isRunning;
       text.textContent = isRunning ? W.jobWords(job) : view.data.waiting
         ? W.word("to.run", { n: view.data.waiting, s: W.number(view.data.seconds_to_run, 2) }) : W.word("nothing.to.run");

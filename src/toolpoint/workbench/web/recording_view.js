@@ -35,7 +35,8 @@ window.Workbench = window.Workbench || { views: {} };
       channels: channels.value.split("\n").map((line) => line.trim()).filter(Boolean) }; return settings; };
     for (const node of [name, device, blows, block, rate, channels]) node.addEventListener("input", read);
     const start = W.make("button", { type: "button", id: "rec-start", text: W.word("rec.start"), onclick: () => act("POST", read()) });
-    const stop = W.make("button", { type: "button", id: "rec-stop", text: W.word("rec.stop"), onclick: () => act("DELETE") });
+    // Nothing is known to run before the first state arrives: a press on this button would meet no recording.
+    const stop = W.make("button", { type: "button", id: "rec-stop", text: W.word("rec.stop"), disabled: "", onclick: () => act("DELETE") });
     const act = async (method, body) => {
       start.disabled = stop.disabled = true;
       parts.fault.replaceChildren();

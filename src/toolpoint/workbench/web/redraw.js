@@ -65,12 +65,17 @@ window.Workbench = window.Workbench || { views: {} };
     };
   };
 
+  // A place for words that outlast a redraw: what a person was told stays until the view is of something else.
+  const kept = {};
+  W.keptPlace = (name, make) => { if (!kept[name]) kept[name] = make(); return kept[name]; };
+
   let isPressed = false, waiting = null;
   const isTyping = () => {
     const node = document.activeElement, view = document.getElementById("view");
     return Boolean(node && view && view.contains(node) && isTyped(node) && !node.closest("[data-kept]"));
   };
   W.isHeld = () => isPressed || isTyping();
+  W.isBehind = () => waiting !== null; // a change waits until the person is done
   // Do it now, or once the person has let go of the mouse and left the field.
   W.whenFree = function (act) {
     if (!W.isHeld()) { act(); return; }

@@ -2,9 +2,7 @@
 // Views of tests: modes, and blows that a person accepts or refuses; the full pages stand below in a frame.
 window.Workbench = window.Workbench || { views: {} };
 (function (W) {
-  const chosen = {}, kept = {};
-  // A place for words that outlast a redraw: what a person was told of a test stays until the view is of another.
-  const keptPlace = (name, make) => { if (!kept[name]) kept[name] = make(); return kept[name]; };
+  const chosen = {}, keptPlace = W.keptPlace;
   // An existing page in a frame of its own: it runs its own scripts and reaches nothing else.
   W.pageFrame = function (name, title, onchoice) {
     if (W.isExport) return W.make("p", {}, W.make("a", { href: W.exportedPage(name), text: title }));
@@ -33,6 +31,7 @@ window.Workbench = window.Workbench || { views: {} };
     const keep = W.make("button", { type: "button", class: "wb-main", id: "wb-choice", text: W.word("choice.keep"), disabled: true, onclick: () => write(chosen)() });
     const back = W.make("button", { type: "button", text: W.word("take.back"), hidden: !data.choice, onclick: write("") });
     const bar = W.make("div", {}, W.make("div", { class: "wb-run" }, keep, back, words), said);
+    bar.refresh = (current) => { data = current; back.hidden = !data.choice; bar.put(chosen); };
     bar.put = (text) => {
       chosen = text.trim();
       const count = chosen.split("\n").filter((line) => line.startsWith("  - ")).length;
@@ -63,14 +62,21 @@ window.Workbench = window.Workbench || { views: {} };
   W.views.modes = {
     title: () => W.word("view.modes"), query: query("modes"),
     show(place, view) {
-      const rows = view.data.modes.map((mode, i) => [i + 1, W.hertz(mode.frequency_hz), `${W.number(100 * mode.damping_ratio, 3)} %`,
+      const data = view.data, [title, answer, doubts] = W.head(view, W.word("view.modes")), test = data.test;
+      const rows = data.modes.map((mode, i) => [i + 1, W.hertz(mode.frequency_hz), `${W.number(100 * mode.damping_ratio, 3)} %`,
         mode.doubtful ? W.make("span", { class: "mark doubtful", text: W.word("doubtful") }) : ""]);
-      place.replaceChildren(...W.head(view, W.word("view.modes")), ...[chooser(view, "modes")].filter(Boolean),
-        W.section(W.word("modes"), W.table([W.word("mode"), W.word("frequency"), W.word("damping"), ""], rows)),
-        ...view.data.pages.map((name) => {
-          const kind = name.split("/")[0], bar = kind === "modes" && !W.isExport ? choiceBar(view.data) : null;
-          return W.section(titles()[kind], ...(bar ? [bar] : []), W.pageFrame(name, titles()[kind], bar && bar.put));
-        }), W.same(view));
+      const pageOf = (name) => () => {
+        const kind = name.split("/")[0], bar = kind === "modes" && !W.isExport ? choiceBar(data) : null;
+        const section = W.section(titles()[kind], ...(bar ? [bar] : []), W.pageFrame(name, titles()[kind], bar && bar.put));
+        section.refresh = (current) => { if (bar) bar.refresh(current); };
+        return section;
+      };
+      // A page of the same modes, in which a person may have clicked poles, stays where it is when the view is drawn anew.
+      const stamp = (name) => name.startsWith("modes/") ? JSON.stringify(data.modes) : W.draws;
+      W.fillParts(place, [["title", "", () => title], ["answer", [view.answer, view.is_stale], () => answer], ["doubts", view.doubts, () => doubts],
+        ...(data.tests.length < 2 ? [] : [["chooser", [data.tests, test], () => chooser(view, "modes")]]),
+        ["table", data.modes, () => W.section(W.word("modes"), W.table([W.word("mode"), W.word("frequency"), W.word("damping"), ""], rows))],
+        ...data.pages.map((name) => [`page ${name} ${stamp(name)}`, "", pageOf(name), (node) => node.refresh(data)]), ["same", [view.commands, view.calls], () => W.same(view)]]);
     },
   };
 

@@ -1,5 +1,5 @@
 "use strict";
-// Map of the workspace: cells over two axes, coloured by first frequency or softest stiffness; a click or Enter takes the pose.
+// Map of the workspace: cells over two axes, coloured by first frequency, softest stiffness or limit of the cut; a click or Enter takes the pose.
 window.Workbench = window.Workbench || { views: {} };
 (function (W) {
   const SMALL = 0.2; // of the value in the middle: a map of smaller differences does not use all colours
@@ -8,7 +8,7 @@ window.Workbench = window.Workbench || { views: {} };
   function cells(answer, key, ramp, act) {
     const [across, along] = answer.axes, values = W.floats(answer[key]), known = values.filter(Number.isFinite);
     const low = Math.min(...known), high = Math.max(...known), middle = (low + high) / 2, half = Math.max((high - low) / 2, SMALL * Math.abs(middle) / 2) || 1;
-    const show = (v) => key === "stiffness" ? W.number(v / 1e6, 3) : W.number(v, 4);
+    const show = (v) => key === "stiffness" ? W.number(v / 1e6, 3) : key === "limit_m" ? W.number(1e3 * v, 3) : W.number(v, 4);
     const rows = [...along.positions.keys()].reverse().map((j) => W.make("tr", {}, W.make("th", { scope: "row", text: position(along, along.positions[j]) }),
       [...across.positions.keys()].map((i) => {
         const v = values[j * across.positions.length + i];
@@ -23,31 +23,35 @@ window.Workbench = window.Workbench || { views: {} };
         return W.make("td", {}, button);
       })));
     return W.make("div", { class: "table wb-map", tabindex: "0", role: "region", "aria-label": W.word("map") }, W.make("table", {},
-      W.make("caption", { text: W.word(key === "stiffness" ? "map.stiffness" : "map.frequency", { x: across.name, y: along.name, change: W.number(100 * (high - low) / Math.abs(middle), 2) }) }),
+      W.make("caption", { text: W.word({ stiffness: "map.stiffness", limit_m: "map.limit" }[key] || "map.frequency", { speed: Math.round(answer.speed_rpm), x: across.name, y: along.name, change: W.number(100 * (high - low) / Math.abs(middle), 2) }) }),
       W.make("tbody", {}, rows), W.make("tfoot", {}, W.make("tr", {}, W.make("td"), across.positions.map((v) => W.make("th", { scope: "col", text: position(across, v) }))))));
   }
 
   // state(): numbers and pose of the page; act(pose): where a person clicked; the map says when the page has gone on.
-  W.workspaceMap = function (state, ramp, act) {
+  W.workspaceMap = function (state, ramp, act, hasCut) {
     const said = W.make("span", { class: "key", role: "status" }), place = W.make("div");
-    let drawn = "", answer = null;
-    const stamp = () => JSON.stringify([state().values, Object.entries(state().pose).filter(([name]) => !answer || !answer.axes.some((axis) => axis.name === name))]);
-    const choice = W.make("select", { id: "wb-map-of", "aria-label": W.word("map") }, [["stiffness", "stiffness"], ["frequency_hz", "frequency"]].map(([value, key]) => W.make("option", { value, text: W.word("map.of." + key) })));
+    const drawn = {}, answers = {}; // by the question that gave them
+    let question = "map", answer = null;
+    const stamp = () => JSON.stringify([state().values, ...(question === "limit_map" ? [state().speed, state().cut] : []), Object.entries(state().pose).filter(([name]) => !answer || !answer.axes.some((axis) => axis.name === name))]);
+    const choice = W.make("select", { id: "wb-map-of", "aria-label": W.word("map") }, [["stiffness", "stiffness"], ["frequency_hz", "frequency"], ...(hasCut ? [["limit_m", "limit"]] : [])].map(([value, key]) => W.make("option", { value, text: W.word("map.of." + key) })));
     const draw = () => {
-      if (!answer) return;
+      question = choice.value === "limit_m" ? "limit_map" : "map"; answer = answers[question] || null;
+      if (!answer) { place.replaceChildren(); said.textContent = ""; return; }
       const same = W.make("details", { class: "wb-same" }, W.make("summary", { text: W.word("same") }));
       W.fillSame(same, answer.commands, answer.calls);
       place.replaceChildren(W.doubts(answer.doubts), cells(answer, answer[choice.value] ? choice.value : "frequency_hz", ramp, act), same);
+      node.refresh();
     };
     choice.addEventListener("change", draw);
-    const button = W.make("button", { type: "button", id: "wb-map", text: W.word("map.draw"), onclick: async () => {
-      button.disabled = true; said.textContent = W.word("asking.map");
-      try { answer = await W.ask("machine/map", state()); drawn = stamp(); draw(); said.textContent = ""; W.mapped = (W.mapped || 0) + 1; }
+    const button = W.make("button", { type: "button", id: "wb-map", text: W.word("map.draw"), onclick: W.onceAtATime(async () => {
+      draw();
+      const asked = question, stand = stamp();
+      said.textContent = W.word(asked === "limit_map" ? "asking.limits" : "asking.map");
+      try { answers[asked] = await W.ask("machine/" + asked, state()); drawn[asked] = stand; said.textContent = ""; draw(); W.mapped = (W.mapped || 0) + 1; }
       catch (error) { said.textContent = error.message; }
-      button.disabled = false;
-    } });
+    }) });
     const node = W.section(W.word("map"), W.make("div", { class: "wb-run" }, button, choice, said), place);
-    node.refresh = () => { if (answer) said.textContent = stamp() === drawn ? "" : W.word("map.old"); };
+    node.refresh = () => { if (answer) said.textContent = stamp() === drawn[question] ? "" : W.word("map.old"); };
     return node;
   };
 })(window.Workbench);

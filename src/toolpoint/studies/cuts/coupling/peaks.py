@@ -63,7 +63,8 @@ def _peak(tip: PlaneReceptance, line: int) -> TipPeak:
     if tip.draws is not None:
         drawn = tip.draws[:, :, 0, 0]
         hertz, heights = _between_lines(tip.frequency, drawn, region[np.argmax(np.abs(drawn[:, region]), axis=1)])
-        parabola_error = PARABOLA_ERROR_FRACTION * (tip.frequency[region[-1]] - tip.frequency[region[0]]) / (region.size - 1)
+        spacing = (tip.frequency[region[-1]] - tip.frequency[region[0]]) / max(region.size - 1, 1)
+        parabola_error = PARABOLA_ERROR_FRACTION * spacing
         intervals = _interval(hertz, float(parabola_error)), _interval(heights)
     return TipPeak(float(frequency), float(height), intervals, int(within.sum()), line)
 
@@ -76,8 +77,23 @@ def _interval(values: FloatArray, margin: float = 0.0) -> Interval:
 def _between_lines(frequency: FloatArray, values: Array, lines: IndexArray) -> tuple[FloatArray, FloatArray]:
     """Return frequency (Hz) and height of a peak of each row of values (n, n_f) near a line (n,).
 
-    About a resonance 1/G is nearly linear in the frequency: a parabola of it goes through three lines.
+    About a resonance 1/G is nearly linear in the frequency: a parabola of it goes through three lines. Where there are fewer,
+    or one of them is zero, the peak is the line itself.
     """
+    height = np.abs(values[np.arange(len(values)), lines])
+    hertz = np.broadcast_to(frequency[lines], height.shape).astype(float)
+    if frequency.size < 3:
+        return hertz, height
+    neighbours = np.clip(lines, 1, frequency.size - 2)[:, None] + np.array([-1, 0, 1])
+    has_parabola = (values[np.arange(len(values))[:, None], neighbours] != 0).all(axis=1)
+    if has_parabola.any():
+        fitted = _parabola_peaks(frequency, values[has_parabola], np.broadcast_to(lines, height.shape)[has_parabola])
+        hertz[has_parabola], height[has_parabola] = fitted
+    return hertz, height
+
+
+def _parabola_peaks(frequency: FloatArray, values: Array, lines: IndexArray) -> tuple[FloatArray, FloatArray]:
+    """Return frequency (Hz) and height of the peaks of parabolas of 1/G through three lines each, none of them zero."""
     k = np.clip(lines, 1, frequency.size - 2)
     rows = np.arange(len(values))
     left, centre, right = (1 / values[rows, k + j] for j in (-1, 0, 1))
@@ -96,6 +112,8 @@ def question_peaks(tip: PlaneReceptance) -> list[Doubt]:
     name = f"largest peak along {tip.plane}"
     doubts = []
     lower, upper = peak.intervals[1] if peak.intervals is not None else (peak.height, peak.height)
+    if peak.height == 0:
+        return [Doubt(name, "is zero: nothing yields there", "check the responses and their unit", grave=True)]
     if (half_width := 50 * (upper - lower) / peak.height) > MAX_PEAK_INTERVAL_PERCENT:
         doubts.append(Doubt(name, f"{peak.frequency:.0f} Hz, is known to ±{half_width:.0f} %: its tilt is seen too weakly",
                             "use a longer gauge, stations farther apart, less noise", figure=float(half_width) / 100))

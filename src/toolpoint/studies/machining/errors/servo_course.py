@@ -71,8 +71,7 @@ def follow_program(laid: ProgramPath, removed: RemovedMaterial, force: FloatArra
     drives = setup.drives
     if drives is None:
         return None
-    if any(axis.mechanics.kind == "reducer" for axis in drives.axes.values()):
-        fail("drives", "an axis behind a reducer", "must be linear axes", remedy="rotary axes are not followed by a program")
+    without_reducers(drives)
     duration = float(laid.time.sum())
     if duration > MAX_SERVO_TIME:
         return Doubt("servo", f"not simulated: the program lasts {duration:.0f} s, at most {MAX_SERVO_TIME:g} s are",
@@ -80,7 +79,13 @@ def follow_program(laid: ProgramPath, removed: RemovedMaterial, force: FloatArra
     runs = _run_servo(laid, removed, force, drives=drives, machine=machine)
     largest_force = np.zeros(laid.path.count)
     np.maximum.at(largest_force, laid.moves.block[removed.piece], np.abs(force[:, runs.columns]).max(axis=1))
-    return _with_remarks(_course(laid, drives, runs, force=largest_force), laid, drives, runs.notes)
+    return with_remarks(_course(laid, drives, runs, force=largest_force), laid, drives, notes=runs.notes)
+
+
+def without_reducers(drives: DriveDescription) -> None:
+    """Refuse the drives of rotary axes."""
+    if any(axis.mechanics.kind == "reducer" for axis in drives.axes.values()):
+        fail("drives", "an axis behind a reducer", "must be linear axes", remedy="rotary axes are not followed by a program")
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,7 +142,7 @@ def _course(laid: ProgramPath, drives: DriveDescription, runs: _ServoRuns, *, fo
     further = np.zeros((mask.size, 3))
     further[:, runs.columns] = (runs.loaded.output("angle") - runs.free.output("angle")) * runs.lead
     block, at_set_point = _segment_of(path, following.progress), _segment_of(path, runs.place)
-    share = _drive_use(drives, runs.loaded)
+    share = drive_use(drives, runs.loaded)
     contour, push, use = np.zeros(n), np.zeros(n), np.zeros(n)
     np.maximum.at(contour, _segment_of(path, under_force.progress)[mask], under_force.length[mask])
     np.maximum.at(push, block[mask], np.linalg.norm(further, axis=1)[mask])
@@ -145,7 +150,7 @@ def _course(laid: ProgramPath, drives: DriveDescription, runs: _ServoRuns, *, fo
     return ServoCourse(tuple(drives.axes), block[mask], following.progress[mask], following.vector[mask][:, :2],
                        further[mask][:, :2], _tangents(path, block, following)[mask],
                        following.vector[mask][:, 2] + further[mask][:, 2], contour, push, use,
-                       _axis_of_largest(share, at_set_point, n), force)
+                       axis_of_largest(share, at_set_point, n), force)
 
 
 def _segment_of(path: Path, progress: FloatArray) -> np.ndarray:
@@ -161,7 +166,7 @@ def _tangents(path: Path, block: np.ndarray, error: ContourError) -> FloatArray:
     return np.asarray(np.where(size > 1e-9, tangent / np.where(size > 1e-9, size, 1.0), 0.0))
 
 
-def _drive_use(drives: DriveDescription, result: ServoResult) -> FloatArray:
+def drive_use(drives: DriveDescription, result: ServoResult) -> FloatArray:
     """Return the share of the limit that every axis uses, (n, axes): of current where it is modelled, and of torque."""
     share = np.zeros((result.time.size, len(drives.axes)))
     for k, axis in enumerate(drives.axes.values()):
@@ -172,14 +177,14 @@ def _drive_use(drives: DriveDescription, result: ServoResult) -> FloatArray:
     return share
 
 
-def _axis_of_largest(share: FloatArray, block: np.ndarray, count: int) -> np.ndarray:
+def axis_of_largest(share: FloatArray, block: np.ndarray, count: int) -> np.ndarray:
     order = np.argsort(share.max(axis=1), kind="stable")
     axis = np.zeros(count, int)
     axis[block[order]] = share.argmax(axis=1)[order]  # written last is the largest
     return axis
 
 
-def _with_remarks(course: ServoCourse, laid: ProgramPath, drives: DriveDescription, notes: tuple[str, ...]) -> ServoCourse:
+def with_remarks(course: ServoCourse, laid: ProgramPath, drives: DriveDescription, *, notes: tuple[str, ...]) -> ServoCourse:
     """Return the course with doubts of saturated drives and of axes that were taken as ideal."""
     doubts = []
     over = np.flatnonzero(course.use >= SATURATION_RATIO)

@@ -21,7 +21,15 @@ from toolpoint.studies.machining.block_lobes import EngagementLobes, lobes_of_bl
 from toolpoint.studies.machining.blocks import table_blocks
 from toolpoint.studies.machining.contacts import contact_doubts, question_loads
 from toolpoint.studies.machining.engagement_classes import PlaceArcs, arcs_of_places, group_places
+from toolpoint.studies.machining.errors.block_errors import BlockErrors
+from toolpoint.studies.machining.errors.wall_errors import wall_errors
+from toolpoint.studies.machining.five_axes.axis_course import AxisCourse, find_axis_course, question_travels
+from toolpoint.studies.machining.five_axes.axis_times import StepTimes, plan_steps, question_feeds
 from toolpoint.studies.machining.five_axes.tool_directions import RotaryAxes
+from toolpoint.studies.machining.five_axes.turned_course import follow_turned
+from toolpoint.studies.machining.five_axes.turned_doubts import feed_doubts, way_doubts
+from toolpoint.studies.machining.five_axes.turned_errors import FLOORS_LEFT_OUT, list_error_grounds, table_turned_errors
+from toolpoint.studies.machining.five_axes.turned_gouges import question_gouges
 from toolpoint.studies.machining.five_axes.turned_path import (
     MAX_STEP_TURN,
     FiveAxisProgram,
@@ -53,10 +61,6 @@ from toolpoint.studies.machining.solver import StabilitySolver
 from toolpoint.studies.machining.tool_tips import ToolTips
 
 FIVE_AXIS_SPACING_FACTOR = 2.0  # of the spacing that three axes have where none is given
-MAX_UNDOUBTED_WAY = 0.5  # degrees, beside the straight turn between two vectors
-MAX_UNDOUBTED_FEED_SPREAD = 0.2  # of the feed of the middle of the edge
-LEFT_OUT = Doubt("five axes", "errors of walls and floors, the servo's contour, gouges into the part and the travel of X, Y "
-                 "and Z between the poses are not computed", "judge what is cut with a constant direction as tilted planes too")
 _LEVER_OF_UNKNOWN_EDGES = 2.0  # diameters, where no length of the edges is given
 
 
@@ -74,8 +78,8 @@ def run_five_axes(program: FiveAxisProgram, setup: MachiningSetup, dynamics: Mac
         A machine turns the tool by its own rotary axes and is posed along the program. A tip alone is the same everywhere,
         along the tool's x and y; directions must then be programmed as vectors, which turn along great circles between blocks.
 
-    Raises ToolpointError for what `run_program` refuses, for angles without a machine or of axes that it does not have, for
-    places that it does not reach, and for drives and a part, which are known of three axes alone.
+    Raises ToolpointError for what `run_program` refuses, for angles without a machine or of axes that it does not have, and
+    for places that it does not reach.
 
     Examples
     --------
@@ -101,8 +105,10 @@ def run_five_axes(program: FiveAxisProgram, setup: MachiningSetup, dynamics: Mac
     is_moving = (np.linalg.norm(path.end - path.start, axis=1) > 0) | (np.abs(ends[:, 1] - ends[:, 0]).max(axis=1) > 0)
     tool, speed, numbers, remarks = tools_and_speeds(program, path, is_moving, setup=setup)
     turned = _steps(path, ends, rotary, setup=setup, tool=tool, numbers=numbers, is_seen=~program.unseen)
+    course = None if rotary is None else find_axis_course(rotary, turned)
+    times = plan_steps(path, turned, course, setup=setup)
     removed, error = _remove(turned, setup, numbers, progress)
-    laid = _lay(path, turned, removed, tool=tool, speed=speed, numbers=numbers, remarks=remarks)
+    laid = _lay(path, turned, removed, times, tool=tool, speed=speed, numbers=numbers, remarks=remarks)
     case = _Case(setup, laid, removed, arcs_of_places(removed), place_loads(removed, laid, setup), turned)
     verdicts = _Verdicts()
     if dynamics is not None and case.arcs.place.size:
@@ -114,9 +120,13 @@ def run_five_axes(program: FiveAxisProgram, setup: MachiningSetup, dynamics: Mac
         if with_advice:
             verdicts.advice = advise(_advice_case(case, verdicts), find_speed_lines(laid, text),
                                      lambda finished, total: progress("advice for tools", finished, total))
-    doubts = [*unit_doubts(setup.cut), *feed_doubts(removed, laid), *way_doubts(program, ends, rotary, line=path.line),
-              *verdicts.doubts]
-    return _study(name, text, case, verdicts, doubts=doubts, error=error)
+    errors = _errors(case, verdicts, course, times, machine=dynamics if isinstance(dynamics, Machine) else None)
+    doubts = [*unit_doubts(setup.cut), *feed_doubts(removed, laid), *question_feeds(times, turned, path, setup=setup),
+              *way_doubts(program, ends, rotary, line=path.line), *verdicts.doubts, *errors.doubts]
+    if rotary is not None and course is not None:
+        block = turned.moves.block
+        doubts += question_travels(rotary, course, line=path.line[block], rapid=path.rapid[block])
+    return _study(name, text, case, verdicts, errors, doubts=doubts, error=error)
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,9 +158,6 @@ def _check(program: FiveAxisProgram, setup: MachiningSetup) -> None:
     refuse_rotary(program)
     if program.is_tilted:
         raise ToolpointError("program: it tilts planes and moves under tool centre control; program one of them")
-    if setup.drives is not None or len(setup.part):
-        raise ToolpointError("drives, part: the program moves under tool centre control; they are taken with three axes alone: "
-                             "leave them out")
 
 
 def _steps(path: DrivePath, ends: FloatArray, rotary: RotaryAxes | None, *, setup: MachiningSetup, tool: np.ndarray,
@@ -182,54 +189,30 @@ def _remove(turned: TurnedPath, setup: MachiningSetup, numbers: tuple[int, ...],
     return fine, max(float(np.quantile(np.abs(difference), 0.95)), ARC_RESOLUTION)
 
 
-def _lay(path: DrivePath, turned: TurnedPath, removed: TurnedRemoval, *, tool: np.ndarray, speed: FloatArray,
-         numbers: tuple[int, ...], remarks: list[str]) -> ProgramPath:
-    """Return the path with times and feeds: those programmed, at the tip; of a turn about the tip by its angle."""
+def _lay(path: DrivePath, turned: TurnedPath, removed: TurnedRemoval, times: StepTimes, *, tool: np.ndarray,
+         speed: FloatArray, numbers: tuple[int, ...], remarks: list[str]) -> ProgramPath:
+    """Return the path with times and feeds: the largest of each block; of a turn about the tip by its angle."""
     lengths = np.linalg.norm(path.end - path.start, axis=1)
-    way = np.where(lengths > 0, lengths, turned.turn)
-    time = way / np.where(path.feed > 0, path.feed, 1.0)
-    step_time = (time / np.maximum(turned.steps, 1))[removed.moves.block[removed.piece]]
+    block = turned.moves.block
+    time = np.where(turned.steps > 0, 0.0, lengths / np.where(path.feed > 0, path.feed, 1.0))
+    np.add.at(time, block, times.times)
+    peak = np.where(turned.steps > 0, 0.0, 1.0)
+    np.maximum.at(peak, block, times.peaks)
     assert removed.feed_way is not None
-    place_feed = removed.feed_way / np.where(step_time > 0, step_time, np.inf)
-    words = ["feeds are those programmed, at the tip; loads take the feed of the middle of the cutting edge; limits of rotary "
-             "axes and of their accelerations are not in the times"]
-    return ProgramPath(path, removed.moves, speed, tool, numbers, np.where(lengths > 0, path.feed, 0.0), time + path.dwell,
-                       (*remarks, *words), place_feed)
+    place_feed = removed.feed_way * (times.peaks / times.nominal)[removed.piece]
+    return ProgramPath(path, removed.moves, speed, tool, numbers, np.where(lengths > 0, path.feed * peak, 0.0),
+                       time + path.dwell, (*remarks, times.words), place_feed)
 
 
-def feed_doubts(removed: TurnedRemoval, laid: ProgramPath) -> list[Doubt]:
-    """Return the doubt about places whose cutting edge advances much faster at one end than at the other."""
-    assert removed.feed_spread is not None
-    spread = np.where(removed.reach > 0, removed.feed_spread, 0.0)
-    if spread.max(initial=0.0) <= MAX_UNDOUBTED_FEED_SPREAD:
-        return []
-    k, place_count = int(spread.argmax()), int((spread > MAX_UNDOUBTED_FEED_SPREAD).sum())
-    return [Doubt("feed along the edge", f"line {laid.path.line[laid.moves.block[removed.piece[k]]]}: the tool turns so fast "
-                  f"that the ends of its cutting edge advance {100 * spread[k]:.0f} % otherwise than its middle, whose feed is "
-                  f"taken for all of it ({place_count} places)", "the largest chip is thicker by as much",
-                  figure=float(spread[k]))]
-
-
-def way_doubts(program: FiveAxisProgram, ends: FloatArray, rotary: RotaryAxes | None, *, line: np.ndarray) -> list[Doubt]:
-    """Return the doubt about vectors between which even rotary axes leave the plane that a control may keep (ORIVECT)."""
-    if rotary is None:
-        return []
-    vectors = program.directions.reshape(-1, 2, 2, 3)[:, :, 1]
-    rows = np.flatnonzero(program.is_controlled & ~np.isnan(vectors[:, 1, 0]))
-    if not rows.size:
-        return []
-    first, middle, last = (rotary.frames((1 - share) * ends[rows, 0] + share * ends[rows, 1])[:, :, 2]
-                           for share in (0.0, 0.5, 1.0))
-    straight = first + last
-    straight /= np.linalg.norm(straight, axis=1, keepdims=True)
-    axis_deviation = np.degrees(np.arccos(np.clip(np.einsum("ni,ni->n", straight, middle), -1, 1)))
-    k = int(np.argmax(axis_deviation))
-    if axis_deviation[k] <= MAX_UNDOUBTED_WAY:
-        return []
-    return [Doubt("way of the tool's axis", f"line {line[rows[k]]}: between its vectors the axis goes "
-                  f"{axis_deviation[k]:.2g}° beside the straight turn, as rotary axes move evenly here; a control may "
-                  "turn it straight (ORIVECT, PATHCTRL VECTOR)",
-                  "post shorter blocks there", figure=float(axis_deviation[k]))]
+def _errors(case: _Case, verdicts: _Verdicts, course: AxisCourse | None, times: StepTimes, *, machine: Machine | None
+            ) -> BlockErrors:
+    """Return the errors of walls and of the servo."""
+    judged = verdicts.judged
+    walls = wall_errors(case.arcs, case.loads, verdicts.margins, laid=case.laid, removed=case.removed, setup=case.setup,
+                        solver=None if judged is None else judged.solver, pose=verdicts.pose)
+    servo = follow_turned(case.laid, case.removed, case.loads.force, drives=case.setup.drives, course=course, times=times,
+                          machine=machine)
+    return table_turned_errors(walls, servo, arcs=case.arcs, laid=case.laid, removed=case.removed)
 
 
 def _judge(case: _Case, dynamics: Machine | ToolDynamics, rotary: RotaryAxes | None, *, folder: Path | None, tips: ToolTips,
@@ -271,19 +254,21 @@ def _advice_case(case: _Case, verdicts: _Verdicts) -> AdviceCase:
                       verdicts.pose, judged.solver.is_isotropic)
 
 
-def _study(name: str, text: str, case: _Case, verdicts: _Verdicts, *, doubts: list[Doubt], error: float) -> MachiningStudy:
+def _study(name: str, text: str, case: _Case, verdicts: _Verdicts, errors: BlockErrors, *, doubts: list[Doubt], error: float
+           ) -> MachiningStudy:
     """Return the study with what was left out said first."""
     laid, removed = case.laid, case.removed
     blocks = table_blocks(laid, removed, case.loads, arcs=case.arcs, margins=verdicts.margins)
-    contacts = [*contact_doubts(removed, laid), *question_loads(blocks, removed, laid, setup=case.setup)]
-    notes = [*laid.remarks, *verdicts.notes]
-    all_doubts = dict.fromkeys([*contacts, *doubts, *doubts_among(notes), LEFT_OUT])
+    contacts = [*contact_doubts(removed, laid), *question_gouges(removed, laid, case.setup),
+                *question_loads(blocks, removed, laid, setup=case.setup)]
+    notes = [*laid.remarks, *verdicts.notes, *errors.notes, *list_error_grounds(errors, blocks.verdict > 0)]
+    all_doubts = dict.fromkeys([*contacts, *doubts, *doubts_among(notes), FLOORS_LEFT_OUT])
     margins = verdicts.margins
     return MachiningStudy(
         name, case.setup, laid, removed, blocks, tuple(all_doubts),
         (*(note for note in notes if not isinstance(note, Doubt)), *_assumptions(case)), error,
         0 if verdicts.judged is None else verdicts.judged.groups.count, 0 if margins is None else margins.solutions,
-        tuple(text.splitlines()), verdicts.advice, case.arcs, margins, None, case.loads, lobes=verdicts.charts,
+        tuple(text.splitlines()), verdicts.advice, case.arcs, margins, errors, case.loads, lobes=verdicts.charts,
         judged=verdicts.judged)
 
 

@@ -49,14 +49,18 @@ class FiveAxisProgram(ParsedProgram, Protocol):
 
 @dataclass(frozen=True, eq=False)
 class TurnedPath:
-    """Steps of a program, and of every step its angles of A, B and C at the end (n, 3), rad (not a number without a machine);
-    of
-    every segment the number of steps and the size of its turn (rad)."""
+    """Steps of a program; angles_at_ends : (n, 2, 3) of A, B and C, rad (not a number without a machine); of every segment the
+    number of steps and the size of its turn (rad)."""
 
     moves: TurnedMoves
-    angles: FloatArray
+    angles_at_ends: FloatArray
     steps: np.ndarray
     turn: FloatArray
+
+    @property
+    def angles(self) -> FloatArray:
+        """Angles of A, B and C at the end of every step, (n, 3) rad."""
+        return self.angles_at_ends[:, 1]
 
 
 def find_ends(program: FiveAxisProgram, rotary: RotaryAxes | None, lines: np.ndarray) -> FloatArray:
@@ -132,11 +136,11 @@ def split_turned(path: Path, ends: FloatArray, rotary: RotaryAxes | None, *, ste
     tips[is_last, 1] = path.end[block[is_last]]
     if rotary is None:
         axes = _great_circle(ends[block], turn[block], share)
-        frames, angles = smallest_turn(axes), np.full((block.size, 3), np.nan)
+        frames, angles = smallest_turn(axes), np.full((block.size, 2, 3), np.nan)
     else:
         turned = ends[block][:, :1] + share[..., None] * (ends[:, 1] - ends[:, 0])[block][:, None]
         frames = rotary.frames(turned.reshape(-1, 3)).reshape(-1, 2, 3, 3)
-        axes, angles = frames[..., 2], turned[:, 1]
+        axes, angles = frames[..., 2], turned
     motion = TurnedMoves(tips, np.ascontiguousarray(axes), frames, block, shape[block], path.rapid[block])
     return TurnedPath(motion, angles, count, turn)
 

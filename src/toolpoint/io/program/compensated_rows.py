@@ -1,0 +1,289 @@
+"""Rows of a program under radius compensation, offset to the way of the tool's centre.
+
+Compensation begins and ends on straight lines, whose end at the contour is square to it (type A of Fanuc, NORM of Siemens, RL
+of Heidenhain). About outside corners the tool goes on an arc (G450), or by intersections after G451. A tool that does not fit
+is a fault with its line, as controls give an alarm there.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+from toolpoint._doubt import Doubt
+from toolpoint.io.program.offset_contour import ContourElement, Joint, OffsetFault, join_elements, place_parallel
+
+if TYPE_CHECKING:
+    from toolpoint.io.program.segments import Remarks, Segments
+
+_MIN_PLANE_MOTION = 1e-9  # m: below it a block does not move in the plane of the compensation
+MAX_BLOCKS_WITHOUT_PLANE_MOTION = 1  # between two that move in the plane, which all controls look past
+Row = tuple[float, ...]
+# Columns of a row, see `Segments.line`.
+_START_COLUMN, _END_COLUMN, _CENTRE_COLUMN, _SWEEP_COLUMN, _PLANE_COLUMN = 1, 4, 7, 10, 11
+_STOP_COLUMN, _LINE_COLUMN, _TILT_COLUMN = 15, 16, 20
+
+
+def compensate_rows(segments: Segments, remarks: Remarks) -> None:
+    """Offset the rows of a program that are compensated; dwells and what else is kept of a row goes with it."""
+    if not segments.compensations:
+        return
+    runs = _list_runs(segments)
+    radii = [_radius(segments, rows[0], remarks) for rows in runs]
+    if any(radius is None for radius in radii):
+        return
+    offsets = dict[int, float]()
+    for rows, radius in zip(runs, radii, strict=True):
+        assert radius is not None
+        offsets |= dict.fromkeys(rows, radius * segments.compensations[rows[0]].side)
+    if not any(offsets.values()):
+        return
+    writer = _Writer(segments, remarks)
+    start = 0
+    for rows in runs:
+        writer.keep(range(start, rows[0]))
+        start = rows[-1] + 1
+        if offsets[rows[0]] == 0.0:
+            writer.keep(rows)
+        else:
+            writer.offset(rows, offsets[rows[0]], is_mitred=segments.compensations[rows[0]].is_mitred)
+    writer.keep(range(start, len(segments.rows)))
+    writer.finish()
+    numbers = sorted({(segments.tool_of(segments.rows[rows[0]]), radius) for rows, radius in zip(runs, radii, strict=True)
+                      if radius})
+    tools = ", ".join(f"T{number}: {1e3 * (radius or 0.0):.6g} mm" for number, radius in numbers)
+    segments.doubts.append(Doubt(
+        "radius compensation", f"the whole radius of the tool is added to the contour in {sum(map(bool, offsets.values()))} "
+        f"segments ({tools}), as the program is taken to hold the contour of the part; corners, start and end are those of "
+        "NORM and G450", "where it holds the path of the tool's centre and corrects wear alone, say so (`wear_only`)"))
+
+
+def _list_runs(segments: Segments) -> list[range]:
+    """Return the runs of rows with one compensation, tool and plane."""
+    runs, first, last_key = list[range](), -1, None
+    for k in range(len(segments.rows) + 1):
+        compensation = segments.compensations.get(k)
+        row = segments.rows[k] if k < len(segments.rows) else ()
+        key = None if compensation is None else (compensation, segments.tool_of(row), _plane_of(row), row[_TILT_COLUMN])
+        if key != last_key:
+            if last_key is not None:
+                runs.append(range(first, k))
+            first, last_key = k, key
+    return runs
+
+
+def _radius(segments: Segments, k: int, remarks: Remarks) -> float | None:
+    """Return the radius of the tool of a row, m; nothing, after a fault, where it is not known."""
+    stated = segments.compensations[k].radius
+    if stated is not None:
+        return stated
+    number = segments.tool_of(segments.rows[k])
+    if segments.cutter_radii is not None:
+        return segments.cutter_radii.of(number)
+    if number in segments.defined_radii:
+        return segments.defined_radii[number]
+    remarks.fault(_line_of(segments.rows[k]), 1, "cutter radius compensation, and the radius of the tool is not known; give "
+                  "`cutter_radius`, or post the program with the path of the tool's centre")
+    return None
+
+
+class _Writer:
+    """Rows of the program as the tool's centre goes; `place` is where it stands beside the programmed path, None on it."""
+
+    def __init__(self, segments: Segments, remarks: Remarks) -> None:
+        self.segments, self.remarks = segments, remarks
+        self.rows: list[Row] = []
+        self.index: dict[int, int] = {}
+        self.place: complex | None = None
+        self.plane, self.tilt, self.last_offset = (0, 1), 0.0, 0.0
+        self.run_in: dict[int, complex] = {}  # where straight ways to a contour begin, by their rows
+
+    def keep(self, rows: Sequence[int]) -> None:
+        """Take rows without compensation; the first that moves in the plane ends the one before."""
+        for k in rows:
+            row = self.segments.rows[k]
+            if self.place is None:
+                self._write(k, row)
+            elif row[_TILT_COLUMN] != self.tilt:
+                self.remarks.fault(_line_of(row), 1, "a plane is tilted while radius compensation is in force; program G40 "
+                                   "before it")
+            elif not _moves_in_plane(row, self.plane):
+                self._line(k, self.place)
+            else:
+                if row[0]:
+                    self.remarks.fault(_line_of(row), 1, "the end of radius compensation on an arc; program G40 with a "
+                                       "straight line")
+                self._line(k, _plane_point(row, _END_COLUMN, self.plane))
+                self.place = None
+
+    def offset(self, rows: Sequence[int], offset: float, *, is_mitred: bool) -> None:
+        """Take the rows of one compensation: the first that moves in the plane leads to the contour, the others are it."""
+        plane = _plane_of(self.segments.rows[rows[0]])
+        if self.place is not None and offset != self.last_offset:  # the same one goes on behind G28 and G53
+            self.remarks.fault(_line_of(self.segments.rows[rows[0]]), 1, "side, radius or plane of the compensation changed "
+                               "while it is in force; program G40 between")
+            return
+        self.plane, self.tilt, self.last_offset = plane, self.segments.rows[rows[0]][_TILT_COLUMN], offset
+        moving = [k for k in rows if _moves_in_plane(self.segments.rows[k], plane)]
+        if not moving:
+            self.keep(rows)
+            return
+        if self.segments.rows[moving[0]][0]:
+            self.remarks.fault(_line_of(self.segments.rows[moving[0]]), 1, "radius compensation that begins on an arc; "
+                               "program G41 or G42 with a straight line")
+            return
+        self._note_blocks_without_motion(rows, moving)
+        contour = [k for k in moving[1:] if k not in self.segments.contour_ends]
+        elements = [_element(self.segments.rows[k], plane) for k in contour]
+        try:
+            joints = [self._join(elements[m - 1:m + 1], contour[m], offset=offset, is_mitred=is_mitred)
+                      for m in range(1, len(contour))]
+            parallels = self._parallels(elements, joints, contour, offset=offset)
+        except OffsetFault:
+            return
+        way = self._ends(moving, elements, parallels, offset=offset)
+        self._follow(rows, way | dict(zip(contour, parallels, strict=True)), dict(zip(contour[1:], joints, strict=True)))
+
+    def _join(self, elements: list[ContourElement], k: int, *, offset: float, is_mitred: bool) -> Joint:
+        try:
+            return join_elements(elements[0], elements[1], offset, is_mitred=is_mitred)
+        except OffsetFault as fault:
+            raise self._fault(k, fault) from None
+
+    def _parallels(self, elements: list[ContourElement], joints: list[Joint], contour: list[int], *, offset: float
+                   ) -> list[ContourElement]:
+        """Return the parallels between the joints; the ends of the contour are square to it."""
+        parallels = []
+        for m, element in enumerate(elements):
+            begin = joints[m - 1].begin if m else element.start + 1j * offset * element.tangent(is_end=False)
+            end = joints[m].leave if m < len(joints) else element.end + 1j * offset * element.tangent(is_end=True)
+            try:
+                parallels.append(place_parallel(element, offset, (begin, end)))
+            except OffsetFault as fault:
+                raise self._fault(contour[m], fault) from None
+        return parallels
+
+    def _ends(self, moving: list[int], elements: list[ContourElement], parallels: list[ContourElement], *, offset: float
+              ) -> dict[int, ContourElement]:
+        """Return the ways to the contour and from it, by their rows."""
+        rows, ends, first = self.segments.rows, self.segments.contour_ends, moving[0]
+        entry = _element(rows[first], self.plane)
+        tangent = elements[0].tangent(is_end=False) if elements else entry.tangent(is_end=True)
+        contact = parallels[0].start if parallels else entry.end + 1j * offset * tangent
+        way = {first: ContourElement(entry.start, contact)}
+        if first in ends:
+            run_in = ends[first].length * (-1j * math.copysign(1.0, offset) if ends[first].is_square else 1.0) * tangent
+            self.run_in[first] = contact - run_in
+        if moving[-1] in ends and parallels:
+            last = parallels[-1].end
+            run_out = 1j * math.copysign(ends[moving[-1]].length, offset) * elements[-1].tangent(is_end=True)
+            way[moving[-1]] = ContourElement(last, last + run_out)
+        return way
+
+    def _fault(self, k: int, fault: OffsetFault) -> OffsetFault:
+        self.remarks.fault(_line_of(self.segments.rows[k]), 1, f"{fault}; a smaller tool, or a contour that it can follow")
+        return fault
+
+    def _follow(self, rows: Sequence[int], parallels: dict[int, ContourElement], joints: dict[int, Joint]) -> None:
+        """Write the rows along their parallels, with the arcs about outside corners before the rows that follow them."""
+        for k in rows:
+            row = self.segments.rows[k]
+            if k not in parallels:
+                self._line(k, _plane_point(row, _START_COLUMN, self.plane) if self.place is None else self.place)
+                continue
+            joint, parallel = joints.get(k), parallels[k]
+            if joint is not None and joint.centre is not None:
+                height = _start_of(row)
+                self._write(-1, self._arc_row(row, ContourElement(joint.leave, joint.begin, joint.centre, joint.sweep),
+                                              (height, height), stop=False))
+                self.place = joint.begin
+            if k in self.run_in:
+                self._line(k, self.run_in[k])
+                self.place = self.run_in[k]
+                self._write(k, (0, *self._at(_end_of(row), self.place), *self._at(_end_of(row), parallel.end),
+                                *self._at(_end_of(row), self.place), 0.0, *row[_PLANE_COLUMN:]))
+            elif parallel.centre is None:
+                self._line(k, parallel.end)
+            else:
+                self._write(k, self._arc_row(row, parallel, (_start_of(row), _end_of(row)),
+                                             stop=bool(row[_STOP_COLUMN])))
+            self.place = parallel.end
+
+    def _line(self, k: int, end: complex) -> None:
+        """Write a row as a line from where the tool stands to a place of the plane, at its own heights."""
+        row = self.segments.rows[k]
+        start = _plane_point(row, _START_COLUMN, self.plane) if self.place is None else self.place
+        begin = self._at(_start_of(row), start)
+        self._write(k, (0, *begin, *self._at(_end_of(row), end), *begin, 0.0, *row[_PLANE_COLUMN:]))
+
+    def _arc_row(self, row: Row, arc: ContourElement, heights: tuple[Row, Row], *, stop: bool) -> Row:
+        assert arc.centre is not None
+        start, end = self._at(heights[0], arc.start), self._at(heights[1], arc.end)
+        centre = self._at(heights[0], arc.centre)
+        return (1, *start, *end, *centre, arc.sweep, *row[_PLANE_COLUMN:_STOP_COLUMN], stop, *row[_STOP_COLUMN + 1:])
+
+    def _at(self, point: Sequence[float], place: complex) -> Row:
+        moved = list(point)
+        moved[self.plane[0]], moved[self.plane[1]] = place.real, place.imag
+        return tuple(moved)
+
+    def _write(self, k: int, row: Row) -> None:
+        self.rows.append(row)
+        self.index[k] = len(self.rows) - 1
+
+    def _note_blocks_without_motion(self, rows: Sequence[int], moving: list[int]) -> None:
+        for first, second in pairwise(moving):
+            if second - first - 1 > MAX_BLOCKS_WITHOUT_PLANE_MOTION:
+                self.remarks.note(_line_of(self.segments.rows[first + 1]), f"more than {MAX_BLOCKS_WITHOUT_PLANE_MOTION} "
+                                  "block without motion in the plane of the radius compensation: a control that looks no "
+                                  "further cuts into the corner before it")
+
+    def finish(self) -> None:
+        """Give the rows to the segments, and to dwells and unseen rows their new numbers."""
+        segments = self.segments
+        if self.remarks.faults:
+            return
+        segments.rows = self.rows
+        segments.waits = {self.index[k]: duration for k, duration in segments.waits.items()}
+        segments.unseen = {self.index[k] for k in segments.unseen}
+        segments.directions = {self.index[k]: directions for k, directions in segments.directions.items()}
+
+
+def last_tangent(segments: Segments, plane: tuple[int, int]) -> complex | None:
+    """Return the unit tangent at the end of the last row that moves in a plane; none where none does."""
+    row = next((row for row in reversed(segments.rows) if _moves_in_plane(row, plane)), None)
+    return None if row is None else _element(row, plane).tangent(is_end=True)
+
+
+def _line_of(row: Row) -> int:
+    return int(row[_LINE_COLUMN])
+
+
+def _plane_of(row: Row) -> tuple[int, int]:
+    return int(row[_PLANE_COLUMN]), int(row[_PLANE_COLUMN + 1])
+
+
+def _start_of(row: Row) -> Row:
+    return row[_START_COLUMN:_START_COLUMN + 3]
+
+
+def _end_of(row: Row) -> Row:
+    return row[_END_COLUMN:_END_COLUMN + 3]
+
+
+def _plane_point(row: Row, column: int, plane: tuple[int, int]) -> complex:
+    return complex(row[column + plane[0]], row[column + plane[1]])
+
+
+def _moves_in_plane(row: Row, plane: tuple[int, int]) -> bool:
+    way = _plane_point(row, _END_COLUMN, plane) - _plane_point(row, _START_COLUMN, plane)
+    return bool(row[0]) or abs(way) > _MIN_PLANE_MOTION
+
+
+def _element(row: Row, plane: tuple[int, int]) -> ContourElement:
+    start, end = _plane_point(row, _START_COLUMN, plane), _plane_point(row, _END_COLUMN, plane)
+    if not row[0]:
+        return ContourElement(start, end)
+    return ContourElement(start, end, _plane_point(row, _CENTRE_COLUMN, plane), math.fmod(row[_SWEEP_COLUMN], 4 * math.pi))

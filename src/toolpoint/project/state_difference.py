@@ -1,0 +1,205 @@
+"""Difference of two kept states of a project: limits, modes and springs side by side, and what was changed between them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from toolpoint._doubt import Doubt, mark_notes
+from toolpoint._notebook import NotebookText
+from toolpoint.project.kept_states import KeptState, limit_words
+from toolpoint.studies.text_table import text_table
+
+MAX_LISTED_CHANGES = 12  # files and options that differ
+EQUAL_NUMBERS = 1e-9  # relative difference below which two numbers are the same
+MAX_PAIRED_DIFFERENCE = 0.1  # relative difference of the frequencies of two modes that are one
+NORMAL_HALF_WIDTH = 1.96  # standard deviations, of a 95 % interval
+_ANSWER_KEYS = ("limit_m", "interval_m", "depth_max_m", "stable_probability", "chatter_frequency_hz")
+
+
+@dataclass(frozen=True)
+class StateDifference(NotebookText):
+    """Two kept states of a project, and how the newer differs.
+
+    >>> may, june = (KeptState(key, date, {"goals": {"rough": {"limit_m": depth, "interval_m": [0.9 * depth, 1.1 * depth]}}})
+    ...              for key, date, depth in (("a", "2026-05-04", 3e-3), ("b", "2026-06-01", 2e-3)))
+    >>> StateDifference(may, june).limit_rows
+    (('rough', '3 mm', '2.7 .. 3.3', '2 mm', '1.8 .. 2.2', '-33.3 %', 'intervals are apart'),)
+    """
+
+    older: KeptState
+    newer: KeptState
+
+    @property
+    def limit_rows(self) -> tuple[tuple[str, ...], ...]:
+        """Rows of the goals: name, limit and interval (mm) of both, change, verdict."""
+        first, second = self.older.data.get("goals", {}), self.newer.data.get("goals", {})
+        return tuple(_limit_row(name, first.get(name), second.get(name)) for name in dict.fromkeys([*first, *second]))
+
+    @property
+    def mode_rows(self) -> tuple[tuple[str, ...], ...]:
+        """Rows of the modes that differ, paired by the nearest frequency: test, Hz of both, change, damping (%) of both."""
+        first, second = self.older.data.get("modes", {}), self.newer.data.get("modes", {})
+        rows = (row for name in dict.fromkeys([*first, *second])
+                for row in _mode_rows(name, first.get(name), second.get(name)))
+        return tuple(row for row in rows if row[1] != row[2] or row[4] != row[5])
+
+    @property
+    def spring_rows(self) -> tuple[tuple[str, ...], ...]:
+        """Rows of the springs that differ: path, value of both (SI), change, verdict."""
+        first, second = self.older.data.get("springs", {}), self.newer.data.get("springs", {})
+        rows = (_spring_row(path, first.get(path), second.get(path)) for path in dict.fromkeys([*first, *second]))
+        return tuple(row for row in rows if row is not None)
+
+    @property
+    def changed_inputs(self) -> tuple[str, ...]:
+        """Files and numbers of project.yaml that differ, in words."""
+        first, second = self.older.data.get("sources", {}), self.newer.data.get("sources", {})
+        files = [f"{place}: " + ("new" if place not in first else "gone" if place not in second else "another content")
+                 for place in dict.fromkeys([*first, *second]) if first.get(place) != second.get(place)]
+        options = [dict(_leaves(state.data.get("options", {}))) for state in (self.older, self.newer)]
+        numbers = [f"{name}: {options[0].get(name, 'not given')} -> {options[1].get(name, 'not given')}"
+                   for name in dict.fromkeys([*options[0], *options[1]]) if options[0].get(name) != options[1].get(name)]
+        return tuple(dict.fromkeys([*files, *numbers]))
+
+    @property
+    def doubts(self) -> tuple[Doubt, ...]:
+        """Doubts about the difference: shared intervals, pairing of modes, other questions, another program."""
+        doubts = [Doubt("intervals of the two states", "what did not change between them (records, coefficients, draws) is in "
+                        "both", "intervals that overlap do not show that nothing changed: see what was changed")]
+        if self.mode_rows:
+            doubts.append(Doubt("modes of the two states", "are paired by the nearest frequency, not by their shape",
+                                "pair them by shape with toolpoint compare and the saved modes of both tests"))
+        versions = [state.data.get("version") for state in (self.older, self.newer)]
+        if versions[0] != versions[1]:
+            doubts.append(Doubt("programs", f"toolpoint {versions[0]} computed the older state, {versions[1]} the newer",
+                                "a change of the program can be the difference"))
+        first, second = self.older.data.get("goals", {}), self.newer.data.get("goals", {})
+        doubts += [Doubt(f"goal {name}", "asks another cut, speed, depth or pose in the two states",
+                         "its limits are answers to two questions") for name in first if name in second
+                   and any(first[name].get(key) != second[name].get(key) for key in first[name] if key not in _ANSWER_KEYS)]
+        return tuple(doubts)
+
+    @property
+    def summary(self) -> str:
+        """The difference in a sentence."""
+        words = [f"{row[0]} from {row[1]} to {row[3]} ({row[6]})" for row in self.limit_rows]
+        count = len(self.changed_inputs)
+        changes = f"{count} file{'s' * (count != 1)} or number{'s' * (count != 1)} changed" if count else "nothing was changed"
+        older, newer = (state.date.replace("T", " ") for state in (self.older, self.newer))
+        return f"From {older} to {newer}: {'; '.join([*words, changes])}."
+
+    def table(self) -> str:
+        """Return the difference as text."""
+        return "\n".join([*mark_notes(self.doubts), self.evidence()])
+
+    def evidence(self) -> str:
+        """Return the difference as text without its doubts."""
+        parts = [self.summary]
+        for title, header, rows in self.tables():
+            if rows:
+                parts.append(text_table(title, header, rows))
+        listed = self.changed_inputs[:MAX_LISTED_CHANGES]
+        hidden = len(self.changed_inputs) - len(listed)
+        return "\n".join([*parts, "What was changed", *(f"  {line}" for line in listed or ("nothing",)),
+                          *([f"  and {hidden} more"] if hidden else [])])
+
+    def tables(self) -> tuple[tuple[str, tuple[str, ...], tuple[tuple[str, ...], ...]], ...]:
+        """Return title, header and rows of limits, modes and springs."""
+        limits = ("goal", "older", "interval mm", "newer", "interval mm", "change", "verdict")
+        modes = ("test", "older Hz", "newer Hz", "change", "older damping %", "newer damping %")
+        return (("Limits of the goals", limits, self.limit_rows), ("Modes that differ", modes, self.mode_rows),
+                ("Springs that differ", ("spring", "older", "newer", "change", "verdict"), self.spring_rows))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data: both states, what was changed, and the rows in words."""
+        return {"older": self.older.to_dict(), "newer": self.newer.to_dict(), "summary": self.summary,
+                "changed_inputs": list(self.changed_inputs), "doubts": list(map(str, self.doubts)),
+                "tables": [{"title": title, "header": list(header), "rows": [list(row) for row in rows]}
+                           for title, header, rows in self.tables()]}
+
+
+def _limit_row(name: str, first: Mapping[str, Any] | None, second: Mapping[str, Any] | None) -> tuple[str, ...]:
+    """Return the row of a goal, of which one state may have no answer."""
+    words = [("no answer", "") if goal is None else (limit_words(goal), _interval_words(goal)) for goal in (first, second)]
+    limits = [None if goal is None else goal.get("limit_m") for goal in (first, second)]
+    intervals = [_ends(goal) if goal is not None and goal.get("interval_m") else None for goal in (first, second)]
+    return (name, *words[0], *words[1], _change(*limits), verdict_of(limits, intervals))
+
+
+def _interval_words(goal: Mapping[str, Any]) -> str:
+    if not goal.get("interval_m"):
+        return ""
+    lower, upper = goal["interval_m"]
+    above = f"above {1e3 * goal['depth_max_m']:.3g}" if goal.get("depth_max_m") else "no end"
+    return " .. ".join(above if end is None else f"{1e3 * end:.3g}" for end in (lower, upper))
+
+
+def _ends(goal: Mapping[str, Any]) -> tuple[float, float]:
+    """Return the ends of an interval; an end beyond the searched depths is infinite."""
+    lower, upper = (float("inf") if end is None else float(end) for end in goal["interval_m"])
+    return lower, upper
+
+
+def verdict_of(values: list[float | None], intervals: list[tuple[float, float] | None]) -> str:
+    """Return whether two numbers differ by more than their 95 % intervals say."""
+    if None not in values and _is_equal(*values):  # type: ignore[arg-type]
+        return "the same"
+    first, second = intervals
+    if first is None or second is None:
+        return "no interval"
+    return "intervals are apart" if first[0] > second[1] or second[0] > first[1] else "intervals overlap"
+
+
+def _is_equal(first: float, second: float) -> bool:
+    return abs(first - second) <= EQUAL_NUMBERS * max(abs(first), abs(second))
+
+
+def _change(first: float | None, second: float | None) -> str:
+    if first is None or second is None or first == 0:
+        return ""
+    return "0 %" if _is_equal(first, second) else f"{100 * (second / first - 1):+.3g} %"
+
+
+def _mode_rows(name: str, first: Mapping[str, Any] | None, second: Mapping[str, Any] | None) -> Iterator[tuple[str, ...]]:
+    """Yield the rows of a test's modes: each of the older state with the nearest of the newer, then those that are left."""
+    older, newer = (list(zip(modes["frequency_hz"], modes["damping_ratio"], strict=True)) if modes else []
+                    for modes in (first, second))
+    for frequency, damping in older:
+        partner = min(newer, key=lambda mode: abs(mode[0] - frequency), default=None)
+        if partner is None or abs(partner[0] - frequency) > MAX_PAIRED_DIFFERENCE * frequency:
+            yield (name, f"{frequency:.5g}", "", "", f"{100 * damping:.3g}", "")
+            continue
+        newer.remove(partner)
+        yield (name, f"{frequency:.5g}", f"{partner[0]:.5g}", _change(frequency, partner[0]), f"{100 * damping:.3g}",
+               f"{100 * partner[1]:.3g}")
+    for frequency, damping in newer:
+        yield (name, "", f"{frequency:.5g}", "", "", f"{100 * damping:.3g}")
+
+
+def _spring_row(path: str, first: Mapping[str, Any] | None, second: Mapping[str, Any] | None) -> tuple[str, ...] | None:
+    """Return the row of a spring, None where it is the same in both."""
+    values = [None if spring is None else float(spring["value"]) for spring in (first, second)]
+    intervals = [_spring_interval(spring) for spring in (first, second)]
+    verdict = verdict_of(values, intervals)
+    if verdict == "the same":
+        return None
+    texts = ["" if value is None else f"{value:.4g}" for value in values]
+    return (path, *texts, _change(*values), verdict)
+
+
+def _spring_interval(spring: Mapping[str, Any] | None) -> tuple[float, float] | None:
+    if spring is None or spring.get("deviation") is None:
+        return None
+    half_width = NORMAL_HALF_WIDTH * float(spring["deviation"])
+    return spring["value"] - half_width, spring["value"] + half_width
+
+
+def _leaves(data: Any, path: str = "") -> Iterator[tuple[str, Any]]:
+    """Yield the numbers and texts of nested data with their paths; the name of a step is none of the path."""
+    if isinstance(data, Mapping):
+        for key, value in data.items():
+            yield from _leaves(value, f"{path}.{key}" if path else str(key))
+        return
+    yield path, data

@@ -1,0 +1,202 @@
+r"""Servo of X, Y and Z along a five-axis program under its cutting forces: deviation of the tip across its path in the work.
+
+The tip moves by :math:`J (q - q_s)` beside its path, q the positions of the linear axes, q_s their set points as late as the
+servo is, J of the turn that belongs to these. Rotary axes are taken as equally late: their own errors are not known.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from toolpoint._check import FloatArray
+from toolpoint._doubt import Doubt
+from toolpoint.drives.accuracy.lag import delay, estimate_lag
+from toolpoint.drives.build import build_servo
+from toolpoint.drives.controller.servo import Servo
+from toolpoint.drives.description import DriveDescription
+from toolpoint.drives.program.command import Command
+from toolpoint.drives.simulation.simulate import ServoResult
+from toolpoint.machine import Machine
+from toolpoint.material_removal.tri_dexels.turned_removal import TurnedRemoval
+from toolpoint.studies.machining.errors.servo_course import (
+    MAX_SERVO_TIME,
+    ServoCourse,
+    axis_of_largest,
+    drive_use,
+    with_remarks,
+    without_reducers,
+)
+from toolpoint.studies.machining.five_axes.axis_course import LINEAR_LETTERS, AxisCourse
+from toolpoint.studies.machining.five_axes.axis_times import StepTimes
+from toolpoint.studies.machining.program_path import ProgramPath
+from toolpoint.studies.servos.drive_experiment import simulate_set_points, smooth_set_points
+from toolpoint.studies.servos.drive_structure import structure_of
+
+_GAP_TIME, _GAP_SPEED = 0.3, 0.5  # s and m/s (rad/s): of moves between steps whose way is not known
+_NO_SAMPLES = np.zeros(0)
+
+
+@dataclass(frozen=True, eq=False)
+class _Timeline:
+    """Knots of the set points: time (k,), positions of X, Y and Z (k, 3), their speeds; step that ends at each, -1 for none."""
+
+    time: FloatArray
+    linear: FloatArray
+    speed: FloatArray
+    step: np.ndarray
+
+    def step_at(self, time: FloatArray) -> np.ndarray:
+        """Return the step under way at times; -1 between steps."""
+        return self.step[np.minimum(np.searchsorted(self.time, time, side="left"), self.time.size - 1)]
+
+
+def follow_turned(laid: ProgramPath, removed: TurnedRemoval, force: FloatArray, *, drives: DriveDescription | None,
+                  course: AxisCourse | None, times: StepTimes, machine: Machine | None) -> ServoCourse | Doubt | None:
+    """Return the motion of the servo along a five-axis program; None without drives, a doubt where it is not computed.
+
+    force : (places, 3) mean cutting force on the tool along its own axes, N.
+
+    Raises ToolpointError for rotary drives and an unstable servo.
+    """
+    if drives is None:
+        return None
+    without_reducers(drives)
+    if course is None:
+        return Doubt("servo", "not simulated: what X, Y and Z do while the tool turns is known of a machine with these axes "
+                     "alone", "give `machine`")
+    timeline = _lay_time(laid, course, times)
+    if timeline.time[-1] > MAX_SERVO_TIME:
+        return Doubt("servo", f"not simulated: the program lasts {timeline.time[-1]:.0f} s, at most {MAX_SERVO_TIME:g} s are",
+                     "cut the program to the part of interest")
+    with_ends = any(axis.ends is not None for axis in drives.axes.values())
+    servo = build_servo(drives, structure_of(drives, machine if with_ends else None))
+    columns = [LINEAR_LETTERS.index(name.upper()) for name in drives.axes]
+    command = _command(timeline, columns, servo.controllers[0].position.sample_time)
+    step = servo.controllers[0].sample_times[0] / drives.substeps
+    assert removed.frame is not None
+    work_force = np.einsum("nij,nj->ni", removed.frame, force)
+    slopes = course.slopes[removed.piece, np.where(removed.at_start, 0, 1)]
+    axis_force = np.einsum("nia,ni->na", slopes, work_force)
+    instants = np.arange(round(command.duration / step) + 1) * step
+    load = _at_places(timeline, removed, axis_force[:, columns], instants)
+    runs = [simulate_set_points(drives, servo, command, load=each) for each in (None, load)]
+    largest = np.zeros(laid.path.count)
+    np.maximum.at(largest, laid.moves.block[removed.piece], np.abs(axis_force[:, columns]).max(axis=1))
+    sampled = _Sampled(laid, removed, course, timeline, columns, command)
+    return with_remarks(_course(sampled, servo, drives, runs, force=largest), laid, drives, notes=_notes(drives))
+
+
+def _notes(drives: DriveDescription) -> tuple[str, ...]:
+    absent_letters = [letter for letter in LINEAR_LETTERS if letter not in {name.upper() for name in drives.axes}]
+    lacks = [f"axis {letter} is not in the drive file and is taken in step with the others" for letter in absent_letters]
+    return (*lacks, "rotary axes are not in the drive file and are taken in step with X, Y and Z, as late as these: their own "
+            "errors are not in the contour")
+
+
+def _lay_time(laid: ProgramPath, course: AxisCourse, times: StepTimes) -> _Timeline:
+    """Return the knots: ends of steps, dwells, and moves between steps that do not meet."""
+    block, path = laid.moves.block, laid.path
+    begin, end = course.linear[:, 0], course.linear[:, 1]
+    gap = np.zeros(len(begin))
+    gap[1:] = np.abs(begin[1:] - end[:-1]).max(axis=1)
+    pause = np.where(gap > 1e-9, _GAP_TIME + gap / _GAP_SPEED, 0.0)
+    ends_block = np.append(block[1:] != block[:-1], True)
+    dwell = np.where(ends_block, path.dwell[block], 0.0)
+    ratio = np.ones(len(begin) + 1) if times.plan is None else times.plan.ratio
+    ratio = np.where(times.stops == 2, 0.0, ratio)
+    rate = (end - begin) / times.nominal[:, None]
+    joint = np.concatenate([rate[:1], (rate[1:] + rate[:-1]) / 2, rate[-1:]]) * ratio[:, None]
+    # Four knots a step: where the pause before it ends, where it ends, where the dwell behind it ends.
+    finish = np.cumsum(pause + times.times + dwell)
+    time = np.stack([finish - dwell - times.times, finish - dwell, finish], axis=1)
+    linear, speed = np.stack([begin, end, end], axis=1), np.stack([joint[:-1], joint[1:], joint[1:]], axis=1)
+    speed[dwell > 0, 1:] = 0.0
+    step = np.stack([np.full(len(begin), -1), np.arange(len(begin)), np.full(len(begin), -1)], axis=1)
+    flat_time = time.ravel()
+    kept = np.append(True, np.diff(flat_time) > 1e-9)
+    first = np.zeros(1)
+    start = flat_time[0] > 0
+    return _Timeline(np.concatenate([first, flat_time[kept]]) if start else flat_time[kept],
+                     np.concatenate([begin[:1], linear.reshape(-1, 3)[kept]]) if start else linear.reshape(-1, 3)[kept],
+                     np.concatenate([np.zeros((1, 3)), speed.reshape(-1, 3)[kept]]) if start else speed.reshape(-1, 3)[kept],
+                     np.concatenate([[-1], step.ravel()[kept]]) if start else step.ravel()[kept])
+
+
+def _command(timeline: _Timeline, columns: list[int], sample_time: float) -> Command:
+    """Return the set points of the driven axes: cubic between the knots, then smoothed as a control does."""
+    from scipy.interpolate import CubicHermiteSpline
+
+    spline = CubicHermiteSpline(timeline.time, timeline.linear[:, columns], timeline.speed[:, columns])
+    time = np.arange(int(np.ceil(timeline.time[-1] / sample_time)) + 1) * sample_time
+    clipped = np.minimum(time, timeline.time[-1])
+    position, speed, acceleration = (spline(clipped, order) for order in (0, 1, 2))
+    speed[time > timeline.time[-1]], acceleration[time > timeline.time[-1]] = 0.0, 0.0
+    return smooth_set_points(Command(position, sample_time, speed, acceleration))
+
+
+def _at_places(timeline: _Timeline, removed: TurnedRemoval, values: FloatArray, instants: FloatArray) -> FloatArray:
+    """Return values (n, m) of the places of a removal, between them linear, at instants (k,), s."""
+    knot = np.full(int(timeline.step.max()) + 1, -1)
+    has_step = timeline.step >= 0
+    knot[timeline.step[has_step]] = np.flatnonzero(has_step)
+    end = np.maximum(knot[removed.piece], 0)
+    time = np.where(removed.at_start, timeline.time[np.maximum(end - 1, 0)], timeline.time[end])
+    return np.stack([np.interp(instants, time, column, left=0.0, right=0.0) for column in values.T], axis=1)
+
+
+@dataclass(frozen=True, eq=False)
+class _Sampled:
+    """Program beside its set points: path, removal, course of the axes, knots, columns of the driven axes, set points."""
+
+    laid: ProgramPath
+    removed: TurnedRemoval
+    course: AxisCourse
+    timeline: _Timeline
+    columns: list[int]
+    command: Command
+
+    def tip_deviation(self, result: ServoResult, output: FloatArray) -> tuple[FloatArray, np.ndarray]:
+        """Return the deviation of the tip in the work (n, 3), m, of axes (n, columns), and the step under way (n,)."""
+        step = self.timeline.step_at(result.time - self._lag(result))
+        moved = np.einsum("nia,na->ni", self.course.slopes[np.maximum(step, 0), 1][:, :, self.columns], output)
+        return moved, step
+
+    def _lag(self, result: ServoResult) -> float:
+        """Return by how much the tables are behind the knots, s: smoothed set points are later by half of their window."""
+        expected = np.column_stack([np.interp(result.time, self.timeline.time, column)
+                                    for column in self.timeline.linear[:, self.columns].T])
+        return estimate_lag(result.time, expected, result.output("table") + self.command.position[0])
+
+    def deviation(self, result: ServoResult) -> tuple[FloatArray, np.ndarray]:
+        """Return the deviation of the tip across its path (n, 3), m, and the step under way (n,)."""
+        set_point = np.column_stack([np.interp(result.time, self.command.time, column) for column in self.command.position.T])
+        actual = result.output("table") + self.command.position[0]
+        late = delay(result.time, set_point, estimate_lag(result.time, set_point, actual))
+        moved, step = self.tip_deviation(result, actual - late)
+        way = self.removed.moves.rows[np.maximum(step, 0), 3:6] - self.removed.moves.rows[np.maximum(step, 0), 0:3]
+        size = np.linalg.norm(way, axis=1, keepdims=True)
+        unit = way / np.where(size > 0, size, 1.0)
+        return moved - (moved * unit).sum(axis=1, keepdims=True) * unit, step
+
+
+def _course(sampled: _Sampled, servo: Servo, drives: DriveDescription, runs: list[ServoResult], *, force: FloatArray
+            ) -> ServoCourse:
+    """Return the course by blocks: samples while the tool cuts count; loads of the drives count always."""
+    free, loaded = runs
+    n, block = sampled.laid.path.count, sampled.laid.moves.block
+    across, step = sampled.deviation(loaded)
+    cuts = np.zeros(block.size, bool)
+    cuts[sampled.removed.piece[sampled.removed.reach > 0]] = True
+    mask = (step >= 0) & cuts[np.maximum(step, 0)]
+    lead = np.array([axis.mechanics.lead for axis in servo.plant.axes])
+    further, _ = sampled.tip_deviation(loaded, (loaded.output("angle") - free.output("angle")) * lead)
+    contour, push, use = np.zeros(n), np.zeros(n), np.zeros(n)
+    np.maximum.at(contour, block[step[mask]], np.linalg.norm(across[mask], axis=1))
+    np.maximum.at(push, block[step[mask]], np.linalg.norm(further[mask], axis=1))
+    share, under_way = drive_use(drives, loaded), block[np.maximum(step, 0)]
+    np.maximum.at(use, under_way, share.max(axis=1))
+    nothing, flat = np.zeros(0, int), np.zeros((0, 2))
+    return ServoCourse(tuple(drives.axes), nothing, _NO_SAMPLES, flat, flat, flat, _NO_SAMPLES, contour, push, use,
+                       axis_of_largest(share, under_way, n), force)
