@@ -1,5 +1,6 @@
 """Compiled kernels of cutting against NumPy forms that read like the equations of their docstrings."""
 
+import numba as nb
 import numpy as np
 import pytest
 
@@ -89,6 +90,30 @@ def test_the_polynomial_is_the_determinant():
         assert horner(coefficient, degree, s)[0] == pytest.approx(np.linalg.det(np.eye(6) + s * m), rel=1e-10)
 
 
+def test_a_kernel_called_by_its_address_is_the_kernel():
+    from toolpoint.cutting.stability.far_call import address_of, caller_of
+
+    kinds = (nb.float64, nb.typeof(np.zeros(0)))
+    call = caller_of(kinds)
+
+    @nb.njit
+    def through(address, factor, out):
+        return call(address, (factor, out))
+
+    out = np.array([1.0, 2.0, 0.0])
+    assert through(address_of(scale_numbers, kinds), 3.0, out) == 3
+    np.testing.assert_array_equal(out, [3.0, 6.0, 0.0])
+    with pytest.raises(nb.TypingError):
+        through(0, 3.0, out.astype(np.float32))
+
+
+def scale_numbers(factor, out):
+    """A kernel to be called by its address: multiplies in place, returns how many numbers."""
+    for i in range(out.size):
+        out[i] *= factor
+    return out.size
+
+
 def test_eigenvalues_of_a_hessenberg_matrix():
     from toolpoint.cutting.stability.panels.eigenvalues import eigenvalues
 
@@ -106,6 +131,16 @@ def test_sorting():
     sort_by_size(compl)
     np.testing.assert_array_equal(real, expected)
     np.testing.assert_array_equal(np.abs(compl), sizes)
+
+
+def test_numbers_below_a_limit():
+    from toolpoint.cutting.stability.sorting import number_below
+
+    values = np.array([-1.0, 0.5, 0.5, 2.0])
+    for limit in (-2.0, -1.0, 0.5, 0.7, 2.0, 3.0):
+        assert number_below.py_func(values, limit, True) == np.searchsorted(values, limit, side="right")
+        assert number_below.py_func(values, limit, False) == np.searchsorted(values, limit)
+    assert number_below.py_func(values[:0], 1.0, True) == 0
 
 
 @pytest.mark.parametrize("length", [0.001, 0.006])

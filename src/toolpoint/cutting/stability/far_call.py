@@ -25,9 +25,11 @@ def address_of(kernel: Callable[..., int], kinds: tuple[Any, ...]) -> int:
 
 
 def caller_of(kinds: tuple[Any, ...]) -> Any:
-    """Return a function for kernels that calls the kernel at an address with a tuple of arguments; of other types it does not
-    compile."""
+    """Return a function for kernels that calls the kernel at an address with a tuple of arguments of just these types."""
     def _call(context: Any, address: Any, arguments: Any) -> Any:
+        if tuple(arguments) != kinds:  # another layout would be read as this one
+            raise nb.TypingError(f"a kernel called by its address takes {kinds}, not {tuple(arguments)}")
+
         def _generate(target: Any, builder: Any, signature: Any, values: Any) -> Any:
             shape = ir.FunctionType(target.get_value_type(nb.int64), [target.get_value_type(kind) for kind in kinds])
             parts = [builder.extract_value(values[1], i) for i in range(len(kinds))]

@@ -11,6 +11,7 @@ from toolpoint._check import Array, ComplexArray, FloatArray, IndexArray
 from toolpoint.cutting.stability.floquet.kernels import horner
 from toolpoint.cutting.stability.floquet.records import ThetaTable
 from toolpoint.cutting.stability.levels import FRACTIONS_ABOVE_ROOT, FRACTIONS_BELOW_ROOT
+from toolpoint.cutting.stability.sorting import number_below
 
 FLIP_SEARCH_PARTS = 8  # in which the depths between two levels are looked at for flips
 
@@ -33,7 +34,7 @@ def count_at(table: ThetaTable, used: int, s: float) -> tuple[int, int]:
             if abs(step) > largest_step:
                 largest_step, place = abs(step), k - 1
         previous = now
-    return int(np.round(-total / math.pi)), place
+    return int(np.rint(-total / math.pi)), place
 
 
 @nb.njit(cache=True, nogil=True)
@@ -50,7 +51,7 @@ def counts_of(order: IndexArray, used: int, at_levels: ComplexArray, number: int
             turned = now * previous.conjugate()
             total += math.atan2(turned.imag, turned.real)
             previous = now
-        out[l] = int(np.round(-total / math.pi))
+        out[l] = int(np.rint(-total / math.pi))
     return out
 
 
@@ -113,7 +114,7 @@ def explain_counts(points: Array, counts: IndexArray, levels: FloatArray, table:
             return False
     for p in range(points.size):
         s = points[p].s
-        above = np.searchsorted(levels, s)
+        above = number_below(levels, s, False)
         a = levels[above - 1] if above > 0 else 0.0
         b = levels[above] if above < levels.size else levels[-1]
         for place in FRACTIONS_BELOW_ROOT:

@@ -195,7 +195,7 @@ def horner(c: ComplexArray, degree: int, s: complex) -> tuple[complex, complex]:
     return value, slope
 
 
-def node(theta: float, turning: Turning, green: Green, room: Room, coefficient: ComplexArray) -> int:
+def _node(theta: float, turning: Turning, green: Green, room: Room, coefficient: ComplexArray) -> int:
     """Write the polynomial of D at theta; returns its degree."""
     nu = np.exp(-1j * theta)
     if abs(theta - math.pi) < 1e-14:
@@ -209,7 +209,7 @@ def node(theta: float, turning: Turning, green: Green, room: Room, coefficient: 
 
 
 def _node_kinds() -> tuple[Any, ...]:
-    """Return the Numba types of the arguments of `node`."""
+    """Return the Numba types of the arguments of `_node`."""
     matrices, matrix, row = np.zeros((0, 2, 2), complex), np.zeros((0, 0), complex), np.zeros(0, complex)
     green = Green(np.zeros((0, 2, 0)), np.zeros((0, 0)), HillLines(np.zeros(0), matrices, matrices), 0)
     return tuple(nb.typeof(argument) for argument in (0.0, Turning(1.0, 1.0, 1.0, row, row), green, Room(matrix, matrix), row))
@@ -221,8 +221,8 @@ node_at = caller_of(_node_kinds())
 
 @cache
 def node_address() -> int:
-    """Return where the compiled `node` is in this process."""
-    return address_of(node, _node_kinds())
+    """Return where the compiled `_node` is in this process."""
+    return address_of(_node, _node_kinds())
 
 
 @nb.njit(cache=True, nogil=True)

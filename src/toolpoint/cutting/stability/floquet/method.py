@@ -255,9 +255,9 @@ def _is_within_tolerance(points: Array, tolerance: float) -> bool:
 
 
 def green_set(nodes: ArcNodes, plane: PlaneDynamics) -> ArcSet:
+    """Return a set of nodes as the kernels read it."""
     from toolpoint.cutting.stability.floquet.kernels import node_address
 
-    """Return a set of nodes as the kernels read it."""
     pairs = np.einsum("ia,rab,jb->rij", nodes.chip, plane.residues, nodes.force)
     static = np.where(nodes.same_time, nodes.chip @ plane.static @ nodes.force.T, 0.0)
     none = HillLines(np.zeros(0), np.zeros((0, 2, 2), complex), np.zeros((0, 2, 2), complex))

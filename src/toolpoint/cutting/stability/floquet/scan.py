@@ -1,7 +1,7 @@
 r"""Compiled scan of FloquetDeterminant: theta nodes refined until every phase step is plain, counts, boundary points.
 
 At fixed depth s the number of unstable multipliers is minus the phase that D(theta, s) gathers over theta in [0, pi], over pi
-(the argument principle; D(2 pi - theta) is the conjugate). D is a polynomial in s at every theta so one set of nodes
+(the argument principle; D(2 pi - theta) is the conjugate). D is a polynomial in s at every theta node, so one set of nodes
 serves all depths: a new node goes between two whose phase step is above 1.2 rad at any level. Where the count changes between
 two depths a root s(theta) crosses the real axis; it lies where the phase step is largest, which is where the secant rule for
 Im s(theta) = 0 begins. A point is put to the table as a node of its own, so the counts beside it are exact.

@@ -101,8 +101,7 @@ def ritz(h: FloatArray, n: int, value: complex, basis: FloatArray, out: FloatArr
     return h[n, n - 1] * abs(y[n - 1]) / norm
 
 
-@nb.njit(cache=True, nogil=True)
-def leading_eigenvalues(basis: FloatArray, h: FloatArray, vector: FloatArray, operator: PeriodOperator, weight: FloatArray,
+def leading_eigenvalues(basis: FloatArray, h: FloatArray, vector: FloatArray, *, operator: PeriodOperator, weight: FloatArray,
                         plan: tuple[float, int, int]) -> tuple[int, ComplexArray]:
     """Return (number of vectors used, multipliers, largest first) of a map; the basis grows until the first is known.
 
@@ -111,9 +110,9 @@ def leading_eigenvalues(basis: FloatArray, h: FloatArray, vector: FloatArray, op
     many more after each), the accuracy relative, negative where the distance from the unit circle is enough. Beyond double
     precision the number is `OVERFLOW_MARK`, without multipliers.
     """
+    # Not compiled itself: what it calls would be compiled again within it, and so would the library's eigenvalues.
     accuracy, step, increment = plan
-    have: int | np.int64 = np.int64(0)  # of a type, as in `extend`
-    vectors_max = h.shape[1]
+    have, vectors_max = 0, h.shape[1]
     step = min(vectors_max, step)
     while True:
         h[:step + 1, have:step] = 0.0
@@ -121,11 +120,11 @@ def leading_eigenvalues(basis: FloatArray, h: FloatArray, vector: FloatArray, op
         now = extend(basis, h, have, step, operator, weight)
         if now == OVERFLOW_MARK:
             return now, np.empty(0, np.complex128)
-        values: ComplexArray = eigenvalues(h[:now, :now])
+        values: ComplexArray = eigenvalues(h[:now, :now].copy())
         if np.isnan(values[0].real):
-            values = np.linalg.eigvals(h[:now, :now].astype(np.complex128)).astype(np.complex128)
+            values = np.linalg.eigvals(h[:now, :now]).astype(complex)
         sort_by_size(values)
-        leading = values[0]
+        leading = complex(values[0])
         size, residual = abs(leading), ritz(h, now, leading, basis, vector)
         good = residual < abs(accuracy) * max(size, 1e-3) or (
             accuracy < 0 and residual < MAX_RESIDUAL_RATIO * abs(size - 1) and residual < MAX_RESIDUAL_RATIO * size)

@@ -31,6 +31,7 @@ from toolpoint.cutting.stability.panels.records import (
     PeriodOperator,
     Walls,
 )
+from toolpoint.cutting.stability.sorting import number_below
 
 TURN = 2 * math.pi
 # Exponents of a pole's decay over a panel: up to which Gauss nodes may carry a pole that they do not resolve, and up to which
@@ -81,7 +82,7 @@ def tooth_pieces(angle: float, slope: float, marks: FloatArray, walls: Walls, ou
         a, b = marks[g - 1], marks[g]
         z = place(0.5 * (a + b), walls.corner, walls.radius)[0]
         # The turn in which the piece lies around pi/2: no wrap is near the cut then.
-        unwrapped = angle - TURN * np.round((angle - slope * z - 0.5 * math.pi) / TURN)
+        unwrapped = angle - TURN * np.rint((angle - slope * z - 0.5 * math.pi) / TURN)
         beyond_walls(unwrapped, slope, a, walls, ends[0])
         beyond_walls(unwrapped, slope, b, walls, ends[1])
         lower, upper = a, b
@@ -183,7 +184,7 @@ def look_back(angle: FloatArray, first: IndexArray, entry_delay: FloatArray, nod
             past[e] = past_angle < -1e-12 * nodes.period
             if past[e]:
                 past_angle += nodes.period
-            p = min(max(np.searchsorted(ends, past_angle, side="right") - 1, 0), ends.size - 2)
+            p = min(max(number_below(ends, past_angle, True) - 1, 0), ends.size - 2)
             source[e] = p
             needed[p] = True
             x = 2 * (past_angle - ends[p]) / (ends[p + 1] - ends[p]) - 1

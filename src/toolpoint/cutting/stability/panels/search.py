@@ -116,7 +116,7 @@ class PeriodMap:
         basis, h = self.store.room_for(size_max, size)
         basis[0] = self._start(size)
         plan = (accuracy, max(FIRST_BASIS_SIZE, self.subspace_sizes.get(accuracy, 0) - BASIS_DECREMENT), BASIS_INCREMENT)
-        now, values = leading_eigenvalues(basis, h, vector, operator, self.weight, plan)
+        now, values = leading_eigenvalues(basis, h, vector, operator=operator, weight=self.weight, plan=plan)
         if now == OVERFLOW_MARK:
             self.overflow = True
             return np.array([np.exp(600.0)], complex)  # taken as unstable, and marked in the chart's status
