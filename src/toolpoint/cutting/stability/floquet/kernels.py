@@ -195,21 +195,32 @@ def horner(c: ComplexArray, degree: int, s: complex) -> tuple[complex, complex]:
     return value, slope
 
 
-def _node(theta: float, turning: Turning, green: Green, room: Room, coefficient: ComplexArray) -> int:
+def _green_node(theta: float, turning: Turning, green: Green, room: Room, coefficient: ComplexArray) -> int:
     """Write the polynomial of D at theta; returns its degree."""
-    nu = np.exp(-1j * theta)
-    if abs(theta - math.pi) < 1e-14:
-        nu = -1.0 + 0.0j
-    if green.lines.poles.size > 0:
-        fill_hill(nu, theta, turning, green, room.work)
-    else:
-        fill(nu, turning, green, room.work)
+    fill(factor_at(theta), turning, green, room.work)
     hessenberg(room.work)
     return polynomial(room.work, room.minors, coefficient)
 
 
+def _hill_node(theta: float, turning: Turning, green: Green, room: Room, coefficient: ComplexArray) -> int:
+    """Write the polynomial of the truncated Hill determinant at theta; returns its degree."""
+    fill_hill(factor_at(theta), theta, turning, green, room.work)
+    hessenberg(room.work)
+    return polynomial(room.work, room.minors, coefficient)
+
+
+@nb.njit(cache=True, nogil=True)
+def factor_at(theta: float) -> complex:
+    """Return nu, by which one period multiplies the vibration; just -1 at theta = pi, where the determinant is real."""
+    nu = np.exp(-1j * theta)
+    if abs(theta - math.pi) < 1e-14:
+        nu = -1.0 + 0.0j
+    return nu
+
+
+
 def _node_kinds() -> tuple[Any, ...]:
-    """Return the Numba types of the arguments of `_node`."""
+    """Return the Numba types of the arguments of a node's kernel."""
     matrices, matrix, row = np.zeros((0, 2, 2), complex), np.zeros((0, 0), complex), np.zeros(0, complex)
     green = Green(np.zeros((0, 2, 0)), np.zeros((0, 0)), HillLines(np.zeros(0), matrices, matrices), 0)
     return tuple(nb.typeof(argument) for argument in (0.0, Turning(1.0, 1.0, 1.0, row, row), green, Room(matrix, matrix), row))
@@ -220,9 +231,9 @@ node_at = caller_of(_node_kinds())
 
 
 @cache
-def node_address() -> int:
-    """Return where the compiled `_node` is in this process."""
-    return address_of(_node, _node_kinds())
+def node_address(*, hill: bool = False) -> int:
+    """Return where a node's compiled kernel is in this process: of the Green matrix, or of the Hill matrix where asked for."""
+    return address_of(_hill_node if hill else _green_node, _node_kinds())
 
 
 @nb.njit(cache=True, nogil=True)

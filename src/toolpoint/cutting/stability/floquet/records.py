@@ -30,7 +30,7 @@ class HillLines(NamedTuple):
 class ArcSet(NamedTuple):
     """A set of q nodes on the arc of cut: n^T R_r k of every pole r, (poles, q, q); Gauss weights and angles, rad; `partial`
     (q, q) weights of the integral from the pitch's start; n^T static k where two nodes are at the same time; `node` is the
-    address of the compiled `kernels._node`."""
+    address of the node's compiled kernel."""
 
     pairs: ComplexArray
     weight: FloatArray
@@ -43,7 +43,7 @@ class ArcSet(NamedTuple):
 
 class Green(NamedTuple):
     """The parts of the Green matrix at one speed: per-pole matrices times e^{s(T + ti - tj)} as real and imaginary parts
-    (poles, 2, q^2), the causal part of one period (q, q), and the address of the compiled `kernels._node`."""
+    (poles, 2, q^2), the causal part of one period (q, q), and the address of the node's compiled kernel."""
 
     wrapped: FloatArray
     direct: FloatArray

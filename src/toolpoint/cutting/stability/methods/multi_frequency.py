@@ -101,4 +101,4 @@ def hill_set(problem: MillingProblem, plane: PlaneDynamics, speed: float, *, har
     lines = HillLines(poles, np.ascontiguousarray(plane.residues[:, :ways, :ways]), np.ascontiguousarray(fourier))
     empty = np.zeros((plane.poles.size, ways, ways), complex)
     return ArcSet(empty, np.zeros(ways), np.zeros((ways, ways)), np.zeros(ways), plane.static[:ways, :ways].copy(), lines,
-                  node_address())
+                  node_address(hill=True))
