@@ -3,12 +3,14 @@
 The integrator shares nothing with the study but the structure's matrices, which it takes eight times as near to each other:
 Newmark's average acceleration in the machine's own coordinates, forces from the closed form of 2000 strips of the helix at the
 instant (not means over a step), its start from the harmonics of the first revolution. Stated is what `toolpoint accuracy`
-prints. Usage: python benchmarks/robots/accuracy_integrator.py [--cases 12] [--seed 1]
+prints. With `--refined` both integrate short lines of the rigid robot with their own steps, with halves and with quarters of
+them: what is apart then must go to zero. Usage: python benchmarks/robots/accuracy_integrator.py [--cases 12] [--seed 1]
 """
 
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -29,19 +31,19 @@ STRIPS, STEPS = 2000, 500  # of the helix; in a tooth period
 SPACING = 2.5e-4  # m between nodes of the structure
 
 
-def tooth_forces(cut: Any, depth: float, angles: Any) -> tuple[Any, Any]:
+def tooth_forces(cut: Any, depth: float, angles: Any, *, strips: int = STRIPS) -> tuple[Any, Any]:
     """Force of all teeth along feed and normal per metre of chip, and that of the edges, (n, 2), N/m and N."""
     k, lead = cut.coefficients, np.tan(cut.tool.helix) / (cut.tool.diameter / 2)
     chip, edge = np.zeros((len(angles), 2)), np.zeros((len(angles), 2))
     for tooth in range(cut.tool.teeth):
-        for height in (np.arange(STRIPS) + 0.5) * depth / STRIPS:
+        for height in (np.arange(strips) + 0.5) * depth / strips:
             phi = (angles - 2 * np.pi * tooth / cut.tool.teeth - lead * height) % (2 * np.pi)
             inside, sine, cosine = phi < np.pi, np.sin(phi), np.cos(phi)
             for force, tangential, normal in ((chip, k.tangential * sine, k.normal * sine),
                                               (edge, k.edge_tangential, k.edge_normal)):
                 force[:, 0] -= inside * (tangential * cosine + normal * sine)
                 force[:, 1] += inside * (tangential * sine - normal * cosine)
-    return chip * depth / STRIPS, edge * depth / STRIPS
+    return chip * depth / strips, edge * depth / strips
 
 
 @numba.njit
@@ -68,13 +70,14 @@ def newmark(matrices: Any, node: Any, share: Any, feed: Any, forces: Any, state:
     return out
 
 
-def integrated_errors(machine: Any, side: Any, setup: MillingSetup, span: tuple[float, float]) -> tuple[float, float]:
-    """Mean radii (m, rad) of the position and the rotation sphere along a side between two times, s."""
-    cut, system = machine.description.cutting, structure_along(machine, side, ToolStance(), spacing=SPACING).system
-    turn = 60 / setup.speed
-    h = turn / (STEPS * cut.tool.teeth)
+def integrated_errors(machine: Any, side: Any, setup: MillingSetup, span: tuple[float, float], *, parts: int = 1
+                      ) -> tuple[float, float]:
+    """Mean radii (m, rad) of the position and the rotation sphere along a side between two times, s; steps cut in parts."""
+    cut, system = machine.description.cutting, structure_along(machine, side, ToolStance(), spacing=SPACING / parts).system
+    turn, steps = 60 / setup.speed, STEPS * parts * machine.description.cutting.tool.teeth
+    h = turn / steps
     motion = side.law.sample(span[0] + np.arange(int((span[1] - span[0]) / h + 1e-6) + 1) * h)
-    forces = tooth_forces(cut, setup.depth, np.arange(STEPS * cut.tool.teeth) * 2 * np.pi / (STEPS * cut.tool.teeth))
+    forces = tooth_forces(cut, setup.depth, np.arange(steps) * 2 * np.pi / steps, strips=STRIPS * parts)
     node = np.clip(np.searchsorted(system.length, motion[:, 0], side="right") - 1, 0, system.length.size - 2)
     share = (motion[:, 0] - system.length[node]) / (system.length[node + 1] - system.length[node])
     constant = np.full(len(motion), cut.feed_per_tooth)
@@ -93,16 +96,38 @@ def integrated_errors(machine: Any, side: Any, setup: MillingSetup, span: tuple[
     return float(np.linalg.norm(error[:, :3], axis=1).mean()), float(np.linalg.norm(error[:, 3:], axis=1).mean())
 
 
+def compare_refined(rigid: Any, count: int, rng: np.random.Generator) -> None:
+    """Print how far the two are apart on short lines with their own steps, with halves and with quarters."""
+    worst = np.zeros(3)
+    for case in range(count):
+        start = np.array([rng.uniform(0.6, 0.7), rng.uniform(-0.1, 0.0), rng.uniform(0.0, 0.15)])
+        way = np.array([0.0, rng.normal(), rng.normal()])
+        side = line(start, start + 0.01 * way / np.linalg.norm(way), feed=0.03, law="quintic")[0]
+        setup = MillingSetup(float(rng.uniform(8000, 12000)), float(rng.uniform(1e-4, 4e-4)), window=None, chip="path",
+                             halved=False)
+        for level, parts in enumerate((1, 2, 4)):
+            finer = replace(setup, steps=setup.steps * parts, spacing=setup.spacing / parts)
+            result = mill_side(rigid, side, finer, judged=False)
+            truth = integrated_errors(rigid, side, finer, result.span, parts=parts)
+            apart = max(abs(a / b - 1) for a, b in zip((result.position_error, result.rotation_error), truth, strict=True))
+            worst[level] = max(worst[level], apart)
+            print(f"{case + 1}: steps cut in {parts}: {1e6 * result.position_error:.5g} um, apart {apart:.2g}", flush=True)
+    print(f"apart at most, with the study's own steps, halves, quarters: {', '.join(f'{value:.2g}' for value in worst)}")
+
+
 def main() -> None:
     """Print every case, and how many differ by less than is stated."""
     options = CommandLine(__doc__)
     options.cases("cases", 12)
     options.seed(1)
+    options.add_argument("--refined", action="store_true", help="both with ever smaller steps")
     asked = options.parse_args()
     elastic = machine_file.read(MACHINE_TEMPLATES / "milling_robot.yaml")
     rigid = build(robot_machine(rigid_members(robot_file.read(MACHINE_TEMPLATES / "milling_robot_datasheet.yaml")),
                                 cutting=elastic.description.cutting))
     rng, held, worst = np.random.default_rng(asked.seed), 0, 0.0
+    if asked.refined:
+        return compare_refined(rigid, asked.cases, rng)
     for case in range(asked.cases):
         machine = elastic if rng.random() < 0.35 else rigid
         start = np.array([rng.uniform(0.6, 0.7), rng.uniform(-0.1, 0.0), rng.uniform(0.0, 0.15)])
