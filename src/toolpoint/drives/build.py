@@ -98,7 +98,8 @@ def build_mechanics(axis: DriveAxisDescription, nut_position: float | None = Non
     if m.kind == "rack":
         return rack_axis(_number(m, "inertia"), _number(m, "table_mass"), _number(m, "pinion_radius"),
                          gear_ratio=m.gear_ratio, stiffness=_number(m, "stiffness"), damping=m.damping,
-                         backlash=m.backlash or 0.0, motor_damping=m.motor_damping, guide_friction=guide)
+                         backlash=m.backlash or 0.0, preload=m.preload or 0.0, motor_damping=m.motor_damping,
+                         guide_friction=guide)
     if m.kind == "reducer":
         return two_mass_axis(_number(m, "inertia"), _number(m, "load_inertia"), ratio, stiffness=_number(m, "torsion"),
                              damping=m.torsion_damping, motor_damping=m.motor_damping, shaft_friction=shaft)

@@ -76,12 +76,10 @@ def _axis_faults(axis: DriveAxisDescription) -> Faults:
 def _mechanics_faults(m: MechanicsDescription) -> Faults:
     yield from _missing(("mechanics",), m, _KEYS_OF_KIND[m.kind], f"a {m.kind} axis")
     if m.backlash is not None and m.preload is not None:
-        yield ("mechanics", "preload"), "a nut has either backlash or a preload; leave one out"
+        yield ("mechanics", "preload"), "a nut or a rack has either backlash or a preload; leave one out"
     if (m.backlash is not None or m.preload is not None) and m.kind not in ("two-mass", "rack", "screw", "ball-screw"):
         key = "backlash" if m.backlash is not None else "preload"
         yield ("mechanics", key), f"a {m.kind} axis has no contact; use two-mass, rack, screw or ball-screw"
-    if m.kind == "rack" and m.preload is not None:
-        yield ("mechanics", "preload"), "a rack takes backlash only"
     if m.kind == "reducer" and m.lead is not None:
         yield ("mechanics", "lead"), "a rotary axis has no lead; its gear_ratio is what a turn of the motor makes of it"
     if m.kind != "reducer" and (m.load_inertia is not None or m.torsion is not None):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from toolpoint._check import positive
+from toolpoint._check import fail, positive
 from toolpoint.drives.axis.mechanics import MassChain, Mechanics, Play, Rub
 from toolpoint.drives.friction.contact import Contact
 from toolpoint.drives.friction.laws import FrictionLaw
@@ -56,11 +56,12 @@ def two_mass_axis(
 
 
 def rack_axis(motor_inertia: float, table_mass: float, pinion_radius: float, *, gear_ratio: float, stiffness: float,
-              damping: float = 0.0, backlash: float = 0.0, motor_damping: float = 0.0,
+              damping: float = 0.0, backlash: float = 0.0, preload: float = 0.0, motor_damping: float = 0.0,
               guide_friction: FrictionLaw | None = None) -> Mechanics:
     """Return a rack and pinion: travel per motor angle = pinion radius / gear ratio; mesh and gear stiffness at the rack.
 
-    `stiffness` N/m of gear and mesh in series, seen at the rack; `backlash` m of free play there.
+    `stiffness` N/m of gear and mesh in series, seen at the rack; `backlash` m of free play there, or `preload` N of two pinions
+    (or the halves of a split one) against each other: both carry, `stiffness` in all, until one lets go at twice the preload.
 
     Examples
     --------
@@ -68,7 +69,11 @@ def rack_axis(motor_inertia: float, table_mass: float, pinion_radius: float, *, 
     0.005
     """
     ratio = positive("pinion_radius", pinion_radius) / positive("gear_ratio", gear_ratio)
+    if backlash > 0 and preload > 0:
+        fail("preload", f"{preload:g} N beside a backlash", "must be one of the two", remedy="leave one out")
     play = Contact.with_backlash(stiffness, backlash) if backlash > 0 else None
+    if preload > 0:
+        play = Contact.preloaded(stiffness, preload)
     return two_mass_axis(motor_inertia, table_mass, ratio, stiffness=stiffness, damping=damping, motor_damping=motor_damping,
                          guide_friction=guide_friction, play=play)
 
