@@ -8,7 +8,13 @@ import pytest
 
 from toolpoint._check import ToolpointError
 from toolpoint.project import KeptState, StateDifference
-from toolpoint.project.kept_states import STATES_PLACE, find_state, read_states
+from toolpoint.project.kept_states import (
+    MAX_KEPT_STATES,
+    STATES_PLACE,
+    drop_oldest_states,
+    find_state,
+    read_states,
+)
 
 
 def state(date="2026-05-04T10:00:00", limit=3e-3, *, half=0.1, speed=1200.0, modes=(50.0, 80.0), spring=1e8, version="0.2"):
@@ -60,3 +66,13 @@ def test_states_are_read_by_date_a_damaged_one_is_left_out_and_a_wrong_name_list
     assert find_state(states, "0601") == states[1]
     with pytest.raises(ToolpointError, match="2026-05-04 10:00:00"):
         find_state(states, "2025")
+
+
+def test_the_newest_states_stay(tmp_path):
+    place = tmp_path / STATES_PLACE
+    place.mkdir(parents=True)
+    dates = [f"2026-05-04T10:00:{second:02d}" for second in range(MAX_KEPT_STATES + 5)]
+    for date in dates:
+        (place / f"{date.replace(':', '-')}_key.json").write_text(json.dumps(state(date).to_dict()))
+    drop_oldest_states(tmp_path)
+    assert [kept.date for kept in read_states(tmp_path)] == dates[5:]

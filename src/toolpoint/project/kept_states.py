@@ -96,9 +96,14 @@ def keep_state(folder: Path, steps: Sequence[ProjectStep], goals: Mapping[str, M
     state = KeptState(key, max(record.started for record in records), plain(_content(folder, steps, records, goals=goals)))
     place = folder / STATES_PLACE
     write_whole(place / f"{state.date.replace(':', '-')}_{key}.json", json.dumps(state.to_dict(), indent=1) + "\n")
-    for path in sorted(place.glob("*.json"))[:-MAX_KEPT_STATES]:
-        path.unlink(missing_ok=True)
+    drop_oldest_states(folder)
     return state
+
+
+def drop_oldest_states(folder: Path) -> None:
+    """Remove all but the last `MAX_KEPT_STATES` states of a project's folder; their names begin with their dates."""
+    for path in sorted((folder / STATES_PLACE).glob("*.json"))[:-MAX_KEPT_STATES]:
+        path.unlink(missing_ok=True)
 
 
 def _content(folder: Path, steps: Sequence[ProjectStep], records: Sequence[StepRecord], *,
