@@ -98,6 +98,7 @@ def test_one_setup_says_what_its_sensor_moves():
     assert not identify(frf, sensor_mass=mass / 100).doubts
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(6))
 @pytest.mark.parametrize("kind", ["pairs", "planes", "twins"])
 def test_pairs_of_a_structure_are_not_joined(kind, seed):

@@ -101,6 +101,7 @@ def test_probability_of_a_cut_falls_with_its_depth_and_is_never_certain():
     assert 1 > chances[0] > 0.95 and 0.2 < chances[1] < 0.8 and 0 < chances[2] < 0.05
 
 
+@pytest.mark.slow
 def test_tried_cut_moves_the_interval_to_its_side_and_a_contradiction_is_named():
     systems = MachineDraws(build(slide()), 45, 1)
     before = draw_limits(systems, question())
@@ -233,6 +234,7 @@ def test_moved_project_has_nothing_to_do(folder, tmp_path):
     assert {event.decision.action for event in events} == {"fresh"}
 
 
+@pytest.mark.slow
 def test_a_later_test_that_differs_is_named_and_doubted_down_to_the_answer(folder):
     """A second test of the same pose, its springs along x a fifth softer: changed, and every later answer says so."""
     for name, stiffness in (("new", 4e7), ("old", 4e7), ("worn", 3.2e7)):
