@@ -319,7 +319,7 @@ def update(
     result = fit_on_all_lines(task, thinned, method, limit=limit, least_influence=least_influence, restarts=restarts,
                               start=start)
     if _is_unlike(task, result):
-        result = fit_from_afar(task, thinned, result, method, limit=limit, least_influence=least_influence)
+        result = fit_from_afar(task, thinned, result, method=method, limit=limit, least_influence=least_influence)
     result = look_again(task, result, method, sparse_problem=thinned)
     updated = machine.with_values(result.values)
     return MachineUpdate(updated, result, task, agreements(task, task.start), agreements(task, result.x))

@@ -36,8 +36,8 @@ def fit_on_all_lines(task: Problem, thinned: Problem, method: LeastSquares | Non
     return _carried_over(task, result, method)
 
 
-def fit_from_afar(task: Problem, thinned: Problem, result: ParameterFit, method: LeastSquares | None, *, limit: float | None,
-                  least_influence: float) -> ParameterFit:
+def fit_from_afar(task: Problem, thinned: Problem, result: ParameterFit, *, method: LeastSquares | None,
+                  limit: float | None, least_influence: float) -> ParameterFit:
     """Return the fit, or where it does not explain responses the best of those that begin at far starts.
 
     A joint that is a hundred times stiffer in its file moves no peak, and no slope leads from there. Far starts follow the
@@ -51,12 +51,12 @@ def fit_from_afar(task: Problem, thinned: Problem, result: ParameterFit, method:
     composed = compose_ends(judge, names, ends)
     best = result
     for start in ([] if composed is None else [composed]) + ends[:MAX_FAR_ENDS]:
-        far = _fit_from_modes(thinned, method, limit, least_influence, start, judge=judge, stages=(judge, thinned))
-        if far is None:
+        other = _fit_from_modes(thinned, method, limit, least_influence, start, judge=judge, stages=(judge, thinned))
+        if other is None:
             continue
-        far = far if thinned is task else _carried_over(task, far, method)
-        if far.converged and (not best.converged or far.chi_square < best.chi_square):
-            best = replace(far, status=far.status + FAR_START_WORDS)
+        other = other if thinned is task else _carried_over(task, other, method)
+        if other.converged and (not best.converged or other.chi_square < best.chi_square):
+            best = replace(other, status=other.status + FAR_START_WORDS)
     return best
 
 
