@@ -21,7 +21,7 @@ _DECIMAL_COMMA = re.compile(r"^\s*[-+]?\d+,\d+\s*[;\t]")
 # Largest deviation of a time step from the mean one: a sample that is left out doubles one.
 TIME_STEP_TOLERANCE = 0.01
 MAX_ROUNDING_STEPS = 0.25  # of a time step, in the last digit of the times: coarser, a sample that is left out does not show
-MAX_TIME_DECIMALS = 9
+MAX_TIME_DECIMALS, LATE_TIMES = 9, 100
 _HEAD = re.compile(r"^\s*\"?([^\[\](\"]+?)\s*(?:[\[(]\s*([^\])]*?)\s*[\])])?\"?\s*$")
 _TIME_UNITS = {"": 1.0, "s": 1.0, "sec": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6}
 
@@ -155,10 +155,10 @@ def _with_time(path: Path, names: list[str], units: list[str], table: FloatArray
 def _is_rounded(time: FloatArray, step: float) -> bool:
     """Whether times run evenly but for their last digit: a logger with 0.1 ms writes 1.25 ms as 0.0012 or 0.0013 s.
 
-    Every time must lie within half of the last digit of an even line; the digit is that of the later half of the times, as
-    numbers of a fixed count of digits have fewer decimals there.
+    Every time must lie within half of the last digit of an even line; the digit is that of the last times, as numbers
+    of a fixed count of digits have fewer decimals there.
     """
-    late = time[time.size // 2:]
+    late = time[-LATE_TIMES:]
     decimals = next((d for d in range(MAX_TIME_DECIMALS) if np.abs(late - np.round(late, d)).max() < 10.0**-d * 1e-4), None)
     if decimals is None or not 0 < 10.0**-decimals <= MAX_ROUNDING_STEPS * step:
         return False
