@@ -27,7 +27,7 @@ import numpy as np
 from benchmarks.frame import CommandLine, read_rows
 from benchmarks.joint_identification import joint_machines as jm
 from benchmarks.project.random_projects import asked, summary
-from benchmarks.project.raw_tests import GENERAL_SLIPS, HEAVIEST_SENSOR, RAW_SLIPS, SLIPS, RawTest, random_test, write_raw
+from benchmarks.project.raw_tests import GENERAL_SLIPS, HEAVIEST_SENSOR, RAW_SLIPS, SLIPS, random_test, write_raw
 from toolpoint._check import ToolpointError
 from toolpoint.project import Project
 
@@ -102,7 +102,8 @@ def line_of(row: dict) -> str:
     error = f"error {100 * max(row['error'], key=abs):+.1f} % inside {sum(row['inside'])} unsafe {sum(row['unsafe'])} width " \
             f"{100 * float(np.median(row['width'])):.0f} %" if row["answered"] else "no answer"
     return (f"{row['seed']} {row['law']} {row['kind']} {row['bodies']} bodies, {row['slip'] or 'no slip'}: {error}, named "
-            f"{row['named']}, {row['run s']:.0f}/{row['cpu s']:.0f} s {row['foreign']} {[text[:300] for text in row['failed'][:1]]} "
+            f"{row['named']}, {row['run s']:.0f}/{row['cpu s']:.0f} s {row['foreign']} "
+            f"{[text[:300] for text in row['failed'][:1]]} "
             f"{[text[:170] for text in row['doubts'][:4]]}")
 
 

@@ -1,7 +1,7 @@
 """Raw hammer records of random machines as files of WAV, universal and text, with what goes wrong in a shop.
 
-The machines: benchmarks/joint_identification/joint_machines.py, three to seven bodies, all laws of damping. One or two places are
-struck, a sensor of three directions roves: a file of three blows a point, made in the frequency domain from the direct
+The machines: benchmarks/joint_identification/joint_machines.py, three to seven bodies, all laws of damping. Two places
+are struck, a sensor of three directions roves: a file of three blows a point, made in the frequency domain from the direct
 solution of the machine's own matrices (loss factors as they are) with the sensor's mass on it, so nothing of the package's time
 domain is in them. Blows vary in force and tip; 2 to 10 % of them are bad (double, overloaded, weak), noise is 1 to 5 % of every
 channel's rms after the blow, sensors are calibrated within 1 %, masses told within 2 %, coordinates within 2 mm.
@@ -21,7 +21,7 @@ from benchmarks.joint_identification import joint_machines as jm
 from toolpoint.io import uff
 from toolpoint.machine import assemble, build
 from toolpoint.studies.measured.model_correlation import with_measured_points
-from toolpoint.vibration import Dof, Record, eigen
+from toolpoint.vibration import Dof, Record, SecondOrderSystem, eigen
 
 FORMATS = ("wav", "uff", "csv")
 BLOWS, BLOW_TIME, FIRST_BLOW, QUIET_END = 3, 4.0, 0.4, 12.0  # a file; s between blows, before the first, after the last
@@ -31,8 +31,8 @@ CALIBRATION_DEVIATION, MASS_DEVIATION, COORDINATE_DEVIATION = 0.01, 0.02, 0.002
 SENSITIVITIES = (2.25e-3, 10.2e-3, 10.4e-3, 51.0e-3)
 SENSITIVITY_WORDS = ("2.25 mV/N", "10.2 mV/(m/s^2)", "10.4 mV/(m/s^2)", "51 mV/(m/s^2)")
 GENERAL_SLIPS = ("sign", "exchanged", "sensitivity", "order", "mass", "direction", "coordinates")
-RAW_SLIPS = ("sensitivities", "sensor mass", "soft tip", "rate", "no scale", "decimal comma", "late trigger", "window", "records", "other side",
-             "unit", "other spot", "force gain")
+RAW_SLIPS = ("sensitivities", "sensor mass", "soft tip", "rate", "no scale", "decimal comma", "late trigger", "window",
+             "records", "other side", "unit", "other spot", "force gain")
 
 
 @dataclass
@@ -105,7 +105,7 @@ def _struck_machine(case: jm.Case, rng: np.random.Generator, kind: str, contact:
 class _Blower:
     """Strikes a system (its matrices as they are) with a sensor of some mass on it."""
 
-    system: object
+    system: SecondOrderSystem
     modal_damping: str
     rate: float
     contact: float

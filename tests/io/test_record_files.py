@@ -263,7 +263,8 @@ def test_files_of_one_rate_and_several_lengths_are_one_test(tmp_path):
     for number, count in enumerate((3000, 3177, 2900)):
         time = np.arange(count) / rate
         force = np.where((time > 0.2) & (time < 0.21), 100 * np.sin(np.pi * (time - 0.2) / 0.01), 0)
-        motion = np.where(time > 0.2, np.exp(-30 * (time - 0.2)) * np.sin(250 * (time - 0.2)), 0) + 1e-4 * rng.normal(size=count)
+        motion = np.where(time > 0.2, np.exp(-30 * (time - 0.2)) * np.sin(250 * (time - 0.2)), 0)
+        motion += 1e-4 * rng.normal(size=count)
         rows = "".join(f"{t:.8f},{f:.6g},{a:.6g}\n" for t, f, a in zip(time, force, motion, strict=True))
         (tmp_path / f"blow{number}.csv").write_text("time [s],force 1:+x [N],acceleration 1:+x [m/s^2]\n" + rows)
     assert study_hammer_records(read_records(sorted(tmp_path.glob("*.csv")))).used == 3

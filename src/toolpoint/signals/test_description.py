@@ -89,7 +89,7 @@ class HammerTestDescription:
 
     @property
     def moved_sensor_mass(self) -> float | None:
-        """Mass of the sensor that is moved from point to point (`*:+x`), kg: the largest of its channels; None where not told."""
+        """Mass of the sensor that is moved from point to point (`*:+x`), kg: the largest of its channels, None without one."""
         return max((channel.mass for channel in self.channels if channel.mass and (channel.dof or "").startswith("*")),
                    default=None)
 

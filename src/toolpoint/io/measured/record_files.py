@@ -117,8 +117,8 @@ def read_test(description: HammerTestDescription, folder: str | Path) -> RecordS
     records = _at_one_rate([record for some in sets for record in some.records], names)
     notes = [note for some in sets for note in some.notes]
     if (mass := description.moved_sensor_mass) is not None:
-        notes.append(f"the mass of {1e3 * mass:.3g} g of the sensor that was moved stays in the responses; the identification of "
-                     "modes takes it out (`sensor_mass`)")
+        notes.append(f"the mass of {1e3 * mass:.3g} g of the moved sensor stays in the responses; the identification of modes "
+                     "takes it out (`sensor_mass`)")
     return RecordSet(tuple(records), names, tuple(dict.fromkeys(notes)), (),
                      {name: decision == "accepted" for name, decision in description.hits.items()})
 

@@ -1,9 +1,9 @@
 r"""Mass of one sensor that is moved from point to point: taken out of the responses where it is told, estimated where not.
 
 At a point p whose bare accelerances (in the measured directions) are :math:`A_{pp}`, a sensor of mass m measures
-:math:`A'_{ps} = (I + m A_{pp})^{-1} A_{ps}` of a force at s (Ewins, Modal Testing, 2nd ed., section 3.10), in any quantity. Every
-point thus shows the modes at frequencies of its own, lower by :math:`m |\phi_p|^2 / 2` to first order. :math:`A_{pp}` is that of
-the identified modes: its error of some per cent counts once more by the ratio of the sensor's mass to the structure's.
+:math:`A'_{ps} = (I + m A_{pp})^{-1} A_{ps}` of a force at s (Ewins, Modal Testing, 2nd ed., section 3.10), in any quantity.
+Every point thus shows the modes at frequencies of its own, lower by :math:`m |\phi_p|^2 / 2` to first order. :math:`A_{pp}` is
+that of the identified modes: its error counts by the ratio of the sensor's mass to the structure's.
 """
 
 from __future__ import annotations
@@ -39,6 +39,11 @@ class SensorMass:
     deviation: float
     shift: float
     is_small: bool
+
+    @property
+    def is_significant(self) -> bool:
+        """Whether the mass stands out of its own deviation and moves a frequency by what matters."""
+        return abs(self.mass) >= MIN_MASS_DEVIATIONS * self.deviation and abs(self.shift) >= MIN_FREQUENCY_SHIFT
 
 
 def merge_split_modes(modes: Modes) -> Modes:
@@ -131,10 +136,10 @@ def is_moved_alone(frf: Frf, modes: Modes, mass: float) -> bool:
     if modes.participation is None or modes.scaling != "modal A":
         return False
     merged = merge_split_modes(modes)
-    found = estimate_sensor_mass(frf, merged)
-    if found is None or largest_shift(merged, mass) < MIN_FREQUENCY_SHIFT:
+    estimate = estimate_sensor_mass(frf, merged)
+    if estimate is None or largest_shift(merged, mass) < MIN_FREQUENCY_SHIFT:
         return True
-    return found.is_small and found.mass > MIN_SENSOR_SHARE * mass - MIN_MASS_DEVIATIONS * found.deviation
+    return estimate.is_small and estimate.mass > MIN_SENSOR_SHARE * mass - MIN_MASS_DEVIATIONS * estimate.deviation
 
 
 def _point_squares(modes: Modes, points: list[list[int]]) -> FloatArray:
@@ -146,8 +151,8 @@ def _point_squares(modes: Modes, points: list[list[int]]) -> FloatArray:
 def estimate_sensor_mass(frf: Frf, modes: Modes) -> SensorMass | None:
     """Return the mass that one moved sensor must have for the points to show their frequencies; None where nothing tells it.
 
-    With common poles, a shift d of a pole at one point adds :math:`R d / (s - p)^2` to its responses; the shifts of all modes and
-    points are regressed on :math:`|\\phi_p|^2`, each mode with a frequency of its own.
+    With common poles, a shift d of a pole at one point adds R d / (s - p)^2 to its responses; the shifts of all modes and
+    points are regressed on the square of the point's motion, each mode with a frequency of its own.
     modes : of these responses, modal A scaling, split ones merged.
     """
     points = _rows_of_points(frf)
@@ -195,7 +200,7 @@ def _pole_shifts(frf: Frf, modes: Modes, points: list[list[int]]) -> tuple[Float
     return shift, weight
 
 
-def question_moved_sensor(frf: Frf, modes: Modes, told: float | None, *, is_taken_out: bool) -> tuple[Doubt, ...]:
+def question_moved_sensor(frf: Frf, modes: Modes, stated_mass: float | None, *, is_taken_out: bool) -> tuple[Doubt, ...]:
     """Return the doubt that the points show their frequencies as a moved sensor of another mass than the told one (kg) makes
     them; none where they do not.
 
@@ -203,20 +208,22 @@ def question_moved_sensor(frf: Frf, modes: Modes, told: float | None, *, is_take
     """
     if modes.participation is None or modes.scaling != "modal A":
         return ()
-    found = estimate_sensor_mass(frf, merge_split_modes(modes))
-    if found is None or abs(found.mass) < MIN_MASS_DEVIATIONS * found.deviation or abs(found.shift) < MIN_FREQUENCY_SHIFT:
+    estimate = estimate_sensor_mass(frf, merge_split_modes(modes))
+    if estimate is None or not estimate.is_significant:
         return ()
-    total = found.mass + (told if told is not None and is_taken_out else 0.0)
+    total = estimate.mass + (stated_mass if stated_mass is not None and is_taken_out else 0.0)
     if total <= 0:
         return ()
-    size = f"{'' if found.is_small else 'at least '}about {1e3 * total:.0f} g"
-    if told is None:
-        return (Doubt("sensor's mass", f"points show the same modes at frequencies that differ as a sensor of {size} moved between "
-                      f"them makes them differ, by up to {100 * found.shift:.2g} %: modes may be split or counted twice",
-                      "give the sensor's mass (`sensor_mass`, or `mass` of its channels in the test file)", figure=found.shift),)
-    if not found.is_small:
-        return (Doubt("sensor's mass", f"{1e3 * told:.3g} g move the modes by as much as their own width from point to point: the "
-                      "mass cannot be taken out, and modes are counted twice", "measure with a lighter sensor",
-                      figure=abs(found.shift)),)
-    return (Doubt("sensor's mass", f"{1e3 * told:.3g} g were told, and the frequencies at the points differ as one of {size} makes "
-                  "them", "weigh it with its magnet and cable", figure=abs(found.shift)),)
+    size = f"{'' if estimate.is_small else 'at least '}about {1e3 * total:.0f} g"
+    if stated_mass is None:
+        why = (f"points show the same modes at frequencies that differ as a sensor of {size} moved between them makes them "
+               f"differ, by up to {100 * estimate.shift:.2g} %: modes may be split or counted twice")
+        remedy = "give the sensor's mass (`sensor_mass`, or `mass` of its channels in the test file)"
+    elif not estimate.is_small:
+        why = (f"{1e3 * stated_mass:.3g} g move the modes by as much as their own width from point to point: the mass cannot "
+               "be taken out, and modes are counted twice")
+        remedy = "measure with a lighter sensor"
+    else:
+        why = (f"{1e3 * stated_mass:.3g} g were stated, and the frequencies at the points differ as one of {size} makes them")
+        remedy = "weigh it with its magnet and cable, and check the calibration of its channels"
+    return (Doubt("sensor's mass", why, remedy, figure=abs(estimate.shift)),)
