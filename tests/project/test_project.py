@@ -288,3 +288,15 @@ def test_a_project_stands_for_its_machine_file_in_every_command(folder, capsys):
     with pytest.raises(SystemExit) as end:
         main(["modes", str(folder)])
     assert end.value.code == 2 and "no machine file" in capsys.readouterr().err
+
+
+def test_the_mass_of_a_moved_sensor_in_a_test_file_reaches_the_identification(tmp_path):
+    channels = [{"channel": "1", "quantity": "force", "dof": "1:+z"},
+                {"channel": "2", "quantity": "acceleration", "dof": "*:+z", "mass": "120 g"}]
+    record = {"files": ["P*.csv"], "pattern": "P{output}"}
+    (tmp_path / "test.yaml").write_text(json.dumps({"toolpoint": 1, "test": "bed", "channels": channels, "records": [record]}))
+    (tmp_path / "P1.csv").write_text("")
+    for told, mass in (("", 0.12), (", sensor_mass: 80 g", 0.08)):
+        (tmp_path / "project.yaml").write_text(f"toolpoint: 1\nname: bed\ntests: {{first: {{test: test.yaml{told}}}}}\n")
+        step = next(step for step in Project.open(tmp_path).chain.steps if step.name == "modes/first")
+        assert step.options["sensor_mass"] == pytest.approx(mass)
