@@ -1,0 +1,152 @@
+"""CutSolid: a clamped solid model of which a path takes material away, and its stiffness and mass at any stage."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.sparse import coo_array, csc_array
+from scipy.sparse.csgraph import connected_components
+
+from toolpoint._check import FloatArray, IndexArray, fail
+from toolpoint.bodies.solid import matrices
+from toolpoint.bodies.solid.assembly import add_pairs
+from toolpoint.bodies.solid.cut_elements import CutElements, Sweep
+from toolpoint.bodies.solid.model import SolidModel
+from toolpoint.vibration.sparse.node_matrix import NodeMatrix, NodePattern, pattern_of
+
+MAX_CUT_ELEMENTS = 30_000  # of a part: every stage is solved anew
+
+
+@dataclass(frozen=True, eq=False)
+class CutState:
+    """Part at a stage.
+
+    free : rows of the model's coordinates that move; stiffness (N/m), mass (kg), loss (N/m: stiffness times loss factors) over
+    these; coordinates : (free, 3), m; active : for each block of the model its elements with material; volume : m^3, and of
+    pieces that are not joined to the held nodes, `loose_volume`, which are left out.
+    """
+
+    free: IndexArray
+    stiffness: csc_array
+    mass: csc_array
+    loss: csc_array
+    coordinates: FloatArray
+    active: tuple[IndexArray, ...]
+    volume: float
+    loose_volume: float
+
+
+class CutSolid:
+    """Solid model under a path, held at nodes.
+
+    model : SolidModel; held : numbers of nodes that do not move; sweep : the path, in the model's coordinates.
+
+    Raises ToolpointError for nodes that hold no body (fewer than three, or in one line), and too many elements.
+    """
+
+    def __init__(self, model: SolidModel, held: IndexArray, sweep: Sweep) -> None:
+        if model.element_count > MAX_CUT_ELEMENTS:
+            fail("part", f"{model.element_count} elements", f"must be {MAX_CUT_ELEMENTS} at most: every stage is solved anew",
+                 remedy="a larger mesh size; one element may be as thick as the wall")
+        spread = np.linalg.svd(model.nodes[held] - model.nodes[held].mean(axis=0), compute_uv=False) if len(held) > 2 else [0, 0]
+        if len(held) < 3 or spread[1] < 1e-9 * max(spread[0], 1e-12):
+            fail("held", f"{len(held)} nodes", "must be three at least, not in one line", remedy="name a face that is clamped")
+        self.model, self.held, self.sweep = model, np.unique(held), sweep
+        self.blocks = tuple(CutElements(block.kind, block.nodes, model.nodes[block.nodes],
+                                        material=model.materials[block.name], sweep=sweep) for block in model.blocks)
+
+    @cached_property
+    def events(self) -> IndexArray:
+        """Pieces of the path that take something of the part away, sorted."""
+        return np.unique(np.concatenate([block.events for block in self.blocks]))
+
+    @cached_property
+    def _pattern(self) -> NodePattern:
+        return pattern_of([block.nodes for block in self.blocks], len(self.model.nodes))
+
+    @cached_property
+    def _never_cut(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Stiffness, mass and loss by node pairs of elements that the path does not meet."""
+        sums = self._zeros()
+        for block in self.blocks:
+            self._add_whole(block, np.flatnonzero(block.time == self.sweep.count), sums)
+        return sums
+
+    def _zeros(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        count = self._pattern.block_count
+        return np.zeros((count, 3, 3)), np.zeros((count, 1, 1)), np.zeros((count, 3, 3))
+
+    def _add_whole(self, block: CutElements, chosen: IndexArray, sums: tuple[FloatArray, FloatArray, FloatArray]) -> None:
+        nodes, material = block.nodes[chosen], block.material
+        parts = [(sums[0], 1.0, matrices.stiffness, material), (sums[1], 1.0, matrices.scalar_mass, material.density)]
+        parts += [(sums[2], material.loss_factor, matrices.stiffness, material)] if material.loss_factor else []
+        for values, factor, matrices_of, number in parts:
+            add_pairs(self.model.nodes, nodes, self._pattern, blocks=values,
+                      matrices=lambda places, f=factor, make=matrices_of, n=number: f * make(block.kind, places, n))
+
+    def at(self, stage: int) -> CutState:
+        """Return the part when `stage` pieces of the path have been cut.
+
+        Raises ToolpointError where nothing of the held nodes is left.
+        """
+        from toolpoint.vibration.sparse import node_kernels
+
+        pattern, sums = self._pattern, tuple(part.copy() for part in self._never_cut)
+        partial = [block.cut_at(stage) for block in self.blocks]
+        active = [np.concatenate([block.whole_at(stage), part[0]]) for block, part in zip(self.blocks, partial, strict=True)]
+        joined, loose_volume = self._joined(active, partial)
+        for block, part, keep in zip(self.blocks, partial, joined, strict=True):
+            whole = block.whole_at(stage)
+            self._add_whole(block, whole[keep[:whole.size] & (block.time[whole] != self.sweep.count)], sums)  # type: ignore
+            number, stiffness, mass, _ = part
+            kept = keep[whole.size:]
+            for values, matrix in ((sums[0], stiffness), (sums[1], mass), (sums[2], block.material.loss_factor * stiffness)):
+                if kept.any():
+                    node_kernels.scatter_pairs(block.nodes[number[kept]], np.ascontiguousarray(matrix[kept]), values.shape[1],
+                                               pattern.pointers, pattern.columns, pattern.entries, values)
+        kept_elements = tuple(elements[keep] for elements, keep in zip(active, joined, strict=True))
+        free = self._free(kept_elements)
+        stiffness_of, mass_of, loss_of = (NodeMatrix(pattern, part if part.shape[1] == 3 else part.ravel()).columns()
+                                    for part in sums)
+        return CutState(free, *(csc_array(part[free][:, free]) for part in (stiffness_of, mass_of, loss_of)),
+                        self.model.dof_places[free], kept_elements, self._volume(kept_elements, partial), loose_volume)
+
+    def _free(self, active: Sequence[IndexArray]) -> IndexArray:
+        moves = np.zeros(len(self.model.nodes), bool)
+        for block, elements in zip(self.blocks, active, strict=True):
+            moves[block.nodes[elements]] = True
+        moves[self.held] = False
+        return np.flatnonzero(np.repeat(moves, 3))
+
+    def _joined(self, active: Sequence[IndexArray], partial: Sequence[tuple[IndexArray, FloatArray, FloatArray, FloatArray]]
+                ) -> tuple[list[np.ndarray], float]:
+        """Return which of the active elements are joined to the held nodes, and the volume of the others, m^3."""
+        nodes = [block.nodes[elements] for block, elements in zip(self.blocks, active, strict=True)]
+        total = sum(len(part) for part in nodes)
+        rows = np.concatenate([part.ravel() for part in nodes])
+        columns = np.concatenate([np.repeat(np.arange(len(part)), part.shape[1]) + start for part, start in zip(
+            nodes, np.cumsum([0, *(len(part) for part in nodes[:-1])]), strict=True)])
+        count = len(self.model.nodes)
+        graph = coo_array((np.ones(rows.size, np.int8), (rows, count + columns)), shape=(count + total, count + total))
+        label = connected_components(graph, directed=False)[1]
+        elements = label[count:]
+        is_held = np.isin(elements, np.unique(label[self.held]))
+        if not is_held.any():
+            fail("held", "no element is left at the held faces", "must stay until the end of the program",
+                 remedy="hold the part where the program does not cut; are both in the same coordinates?")
+        keep = np.split(is_held, np.cumsum([len(part) for part in nodes])[:-1])
+        loose = [elements[~kept] for elements, kept in zip(active, keep, strict=True)]
+        return list(keep), self._volume(loose, partial)
+
+    def _volume(self, active: Sequence[IndexArray], partial: Sequence[tuple[IndexArray, FloatArray, FloatArray, FloatArray]]
+                ) -> float:
+        """Return the volume of material in active elements, m^3."""
+        total = 0.0
+        for block, elements, part in zip(self.blocks, active, partial, strict=True):
+            share = np.ones(len(block.nodes))
+            share[part[0]] = part[3]
+            total += float((block.volumes[elements] * share[elements]).sum())
+        return total
