@@ -54,9 +54,8 @@ if TYPE_CHECKING:
     from toolpoint.io.yaml.drive_file import write_gains
     from toolpoint.io.yaml.file_kinds import json_schema, kind_of, read_kind, read_tool
     from toolpoint.io.yaml.machine_file import read as read_machine
-    from toolpoint.io.yaml.machine_file import read_description
+    from toolpoint.io.yaml.machine_file import read_description, write_cutting
     from toolpoint.io.yaml.machine_file import write as write_machine
-    from toolpoint.io.yaml.machine_file import write_cutting
     from toolpoint.io.yaml.plan_file import read as read_plan
     from toolpoint.io.yaml.project_file import find_parts_without_cut, line_of_tried, read_tried
     from toolpoint.io.yaml.project_file import read as read_project
@@ -93,8 +92,8 @@ __all__ = [
     "read_components",
     "read_datasheet",
     "read_described_records",
-    "read_driven_axis",
     "read_description",
+    "read_driven_axis",
     "read_drives",
     "read_frf",
     "read_geometry",

@@ -65,10 +65,10 @@ if TYPE_CHECKING:
     from toolpoint.studies.machining.five_axes.run_five_axes import run_five_axes
     from toolpoint.studies.machining.run_program import run_program
     from toolpoint.studies.machining.setup import CuttingLimits, MachiningSetup
-    from toolpoint.studies.machining.tilted_stages import compare_stages, run_stages
     from toolpoint.studies.machining.thin_walls.clamped_part import ClampedPart, describe_part
     from toolpoint.studies.machining.thin_walls.measured_work import MeasuredWork
     from toolpoint.studies.machining.thin_walls.work_along_program import refuse_turned_work
+    from toolpoint.studies.machining.tilted_stages import compare_stages, run_stages
     from toolpoint.studies.machining.tool_tips import ToolTips
     from toolpoint.studies.measured.component_places import place_test
     from toolpoint.studies.measured.described_test import study_described_records
@@ -125,6 +125,7 @@ __all__ = [
     "BlowTone",
     "BlowVerdict",
     "Citation",
+    "ClampedPart",
     "CuttingLimits",
     "CuttingTest",
     "Dask",
@@ -136,6 +137,7 @@ __all__ = [
     "LiveTap",
     "MachiningSetup",
     "MassCalibration",
+    "MeasuredWork",
     "Measurement",
     "MillingSetup",
     "NamedMetrics",
@@ -229,6 +231,7 @@ __all__ = [
     "rank_changes",
     "rank_interfaces",
     "rank_tests",
+    "refuse_turned_work",
     "response_dynamics",
     "run_drives",
     "run_five_axes",

@@ -24,7 +24,7 @@ from toolpoint.bodies.solid.material import Material
 
 _CHUNK_ELEMENTS = 1000  # probed at once: half a million places
 _CHUNK_MATRICES = 48  # cut elements integrated at once: 50 MB of gradients
-MIN_FILL = 1e-3  # of an element's volume: with less left it is gone
+MIN_FILL = 1e-5  # of an element's volume: with less left it is gone
 _VOID_STIFFNESS_RATIO = 1e-7  # of the whole element, that a cut one keeps: nodes out of the material stay where they are
 MIXED_TIME = -1  # of an element whose places go at different pieces
 
@@ -109,7 +109,7 @@ class CutElements:
     def cut_at(self, stage: int) -> tuple[IndexArray, FloatArray, FloatArray, FloatArray]:
         """Return the elements that are cut at a stage: numbers, stiffness and scalar mass over what is left, share of volume.
 
-        Those of which less than a thousandth is left are gone.
+        Those of which less than `MIN_FILL` is left are gone.
         """
         inside = self.line_times >= stage
         cut = np.flatnonzero(inside.any(axis=(1, 2)) & ~inside.all(axis=(1, 2)))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TypeAlias
 
 import numpy as np
 from scipy.sparse import coo_array, csc_array
@@ -17,7 +18,10 @@ from toolpoint.bodies.solid.cut_elements import CutElements, Sweep
 from toolpoint.bodies.solid.model import SolidModel
 from toolpoint.vibration.sparse.node_matrix import NodeMatrix, NodePattern, pattern_of
 
+_MIN_BREADTH_RATIO = 1e-9  # of the held nodes' length: below, they are a line
 MAX_CUT_ELEMENTS = 30_000  # of a part: every stage is solved anew
+
+_CutPart: TypeAlias = tuple[IndexArray, FloatArray, FloatArray, FloatArray]  # as `CutElements.cut_at` gives it
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,8 +55,8 @@ class CutSolid:
         if model.element_count > MAX_CUT_ELEMENTS:
             fail("part", f"{model.element_count} elements", f"must be {MAX_CUT_ELEMENTS} at most: every stage is solved anew",
                  remedy="a larger mesh size; one element may be as thick as the wall")
-        spread = np.linalg.svd(model.nodes[held] - model.nodes[held].mean(axis=0), compute_uv=False) if len(held) > 2 else [0, 0]
-        if len(held) < 3 or spread[1] < 1e-9 * max(spread[0], 1e-12):
+        spread = np.linalg.svd(model.nodes[held] - model.nodes[held].mean(axis=0), compute_uv=False) if len(held) > 2 else ()
+        if len(spread) < 2 or spread[1] < _MIN_BREADTH_RATIO * max(spread[0], 1e-12):
             fail("held", f"{len(held)} nodes", "must be three at least, not in one line", remedy="name a face that is clamped")
         self.model, self.held, self.sweep = model, np.unique(held), sweep
         self.blocks = tuple(CutElements(block.kind, block.nodes, model.nodes[block.nodes],
@@ -68,51 +72,69 @@ class CutSolid:
         return pattern_of([block.nodes for block in self.blocks], len(self.model.nodes))
 
     @cached_property
-    def _never_cut(self) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Stiffness, mass and loss by node pairs of elements that the path does not meet."""
-        sums = self._zeros()
+    def _loss_factor(self) -> float | None:
+        """Loss factor of the whole part; None where its sets differ."""
+        factors = {block.material.loss_factor for block in self.blocks}
+        return factors.pop() if len(factors) == 1 else None
+
+    @cached_property
+    def _never_cut(self) -> list[FloatArray]:
+        """Stiffness, mass and, of unlike sets, loss by node pairs of elements that the path does not meet."""
+        count = self._pattern.block_count
+        sums = [np.zeros((count, 3, 3)), np.zeros((count, 1, 1))]
+        sums += [np.zeros((count, 3, 3))] if self._loss_factor is None else []
         for block in self.blocks:
             self._add_whole(block, np.flatnonzero(block.time == self.sweep.count), sums)
         return sums
 
-    def _zeros(self) -> tuple[FloatArray, FloatArray, FloatArray]:
-        count = self._pattern.block_count
-        return np.zeros((count, 3, 3)), np.zeros((count, 1, 1)), np.zeros((count, 3, 3))
+    def _add_whole(self, block: CutElements, chosen: IndexArray, sums: list[FloatArray]) -> None:
+        """Add whole elements to the sums."""
+        kind, material, factors = block.kind, block.material, (1.0, 1.0, block.material.loss_factor)
 
-    def _add_whole(self, block: CutElements, chosen: IndexArray, sums: tuple[FloatArray, FloatArray, FloatArray]) -> None:
-        nodes, material = block.nodes[chosen], block.material
-        parts = [(sums[0], 1.0, matrices.stiffness, material), (sums[1], 1.0, matrices.scalar_mass, material.density)]
-        parts += [(sums[2], material.loss_factor, matrices.stiffness, material)] if material.loss_factor else []
-        for values, factor, matrices_of, number in parts:
-            add_pairs(self.model.nodes, nodes, self._pattern, blocks=values,
-                      matrices=lambda places, f=factor, make=matrices_of, n=number: f * make(block.kind, places, n))
+        def stiffness(places: FloatArray) -> FloatArray:
+            return matrices.stiffness(kind, places, material)
+
+        def mass(places: FloatArray) -> FloatArray:
+            return matrices.scalar_mass(kind, places, material.density)
+
+        def loss(places: FloatArray) -> FloatArray:
+            return factors[2] * stiffness(places)
+
+        for values, matrices_of in zip(sums, (stiffness, mass, loss), strict=False):
+            add_pairs(self.model.nodes, block.nodes[chosen], self._pattern, blocks=values, matrices=matrices_of)
+
+    def _add_cut(self, block: CutElements, part: _CutPart, kept: np.ndarray, sums: list[FloatArray]) -> None:
+        """Add those of the cut elements that are kept to the sums."""
+        from toolpoint.vibration.sparse import node_kernels
+
+        number, stiffness, mass, _ = part
+        if not kept.any():
+            return
+        for values, matrix in zip(sums, (stiffness, mass, block.material.loss_factor * stiffness), strict=False):
+            node_kernels.scatter_pairs(block.nodes[number[kept]], np.ascontiguousarray(matrix[kept]), values.shape[1],
+                                       self._pattern.pointers, self._pattern.columns, self._pattern.entries, values)
 
     def at(self, stage: int) -> CutState:
         """Return the part when `stage` pieces of the path have been cut.
 
         Raises ToolpointError where nothing of the held nodes is left.
         """
-        from toolpoint.vibration.sparse import node_kernels
-
-        pattern, sums = self._pattern, tuple(part.copy() for part in self._never_cut)
+        sums = [part.copy() for part in self._never_cut]
         partial = [block.cut_at(stage) for block in self.blocks]
-        active = [np.concatenate([block.whole_at(stage), part[0]]) for block, part in zip(self.blocks, partial, strict=True)]
+        whole = [block.whole_at(stage) for block in self.blocks]
+        active = [np.concatenate([elements, part[0]]) for elements, part in zip(whole, partial, strict=True)]
         joined, loose_volume = self._joined(active, partial)
-        for block, part, keep in zip(self.blocks, partial, joined, strict=True):
-            whole = block.whole_at(stage)
-            self._add_whole(block, whole[keep[:whole.size] & (block.time[whole] != self.sweep.count)], sums)  # type: ignore
-            number, stiffness, mass, _ = part
-            kept = keep[whole.size:]
-            for values, matrix in ((sums[0], stiffness), (sums[1], mass), (sums[2], block.material.loss_factor * stiffness)):
-                if kept.any():
-                    node_kernels.scatter_pairs(block.nodes[number[kept]], np.ascontiguousarray(matrix[kept]), values.shape[1],
-                                               pattern.pointers, pattern.columns, pattern.entries, values)
-        kept_elements = tuple(elements[keep] for elements, keep in zip(active, joined, strict=True))
-        free = self._free(kept_elements)
-        stiffness_of, mass_of, loss_of = (NodeMatrix(pattern, part if part.shape[1] == 3 else part.ravel()).columns()
-                                    for part in sums)
-        return CutState(free, *(csc_array(part[free][:, free]) for part in (stiffness_of, mass_of, loss_of)),
-                        self.model.dof_places[free], kept_elements, self._volume(kept_elements, partial), loose_volume)
+        for block, elements, part, keep in zip(self.blocks, whole, partial, joined, strict=True):
+            is_new = keep[:elements.size] & (block.time[elements] != self.sweep.count)
+            self._add_whole(block, elements[is_new], sums)
+            self._add_cut(block, part, keep[elements.size:], sums)
+        kept = tuple(elements[keep] for elements, keep in zip(active, joined, strict=True))
+        free = self._free(kept)
+        columns = [NodeMatrix(self._pattern, part if part.shape[1] == 3 else part.ravel()).columns() for part in sums]
+        stiffness, mass, *loss = (csc_array(part[free][:, free]) for part in columns)
+        damped = loss[0] if loss else csc_array((self._loss_factor or 0.0) * stiffness)
+        return CutState(free, stiffness, mass, damped, self.model.dof_places[free], kept, self._volume(kept, partial),
+                        loose_volume)
 
     def _free(self, active: Sequence[IndexArray]) -> IndexArray:
         moves = np.zeros(len(self.model.nodes), bool)
@@ -121,8 +143,7 @@ class CutSolid:
         moves[self.held] = False
         return np.flatnonzero(np.repeat(moves, 3))
 
-    def _joined(self, active: Sequence[IndexArray], partial: Sequence[tuple[IndexArray, FloatArray, FloatArray, FloatArray]]
-                ) -> tuple[list[np.ndarray], float]:
+    def _joined(self, active: Sequence[IndexArray], partial: Sequence[_CutPart]) -> tuple[list[np.ndarray], float]:
         """Return which of the active elements are joined to the held nodes, and the volume of the others, m^3."""
         nodes = [block.nodes[elements] for block, elements in zip(self.blocks, active, strict=True)]
         total = sum(len(part) for part in nodes)
@@ -141,8 +162,7 @@ class CutSolid:
         loose = [elements[~kept] for elements, kept in zip(active, keep, strict=True)]
         return list(keep), self._volume(loose, partial)
 
-    def _volume(self, active: Sequence[IndexArray], partial: Sequence[tuple[IndexArray, FloatArray, FloatArray, FloatArray]]
-                ) -> float:
+    def _volume(self, active: Sequence[IndexArray], partial: Sequence[_CutPart]) -> float:
         """Return the volume of material in active elements, m^3."""
         total = 0.0
         for block, elements, part in zip(self.blocks, active, partial, strict=True):

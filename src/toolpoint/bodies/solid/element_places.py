@@ -11,8 +11,9 @@ from scipy.spatial import cKDTree
 from toolpoint._check import FloatArray, IndexArray
 from toolpoint.bodies.solid.element_kinds import ElementKind
 
-_CANDIDATES = 12  # nearest elements, by their centres, that are tried for a place
+_CANDIDATES = 8  # nearest elements, by their centres, that are tried for a place
 _NEWTON_STEPS = 8
+_SETTLED, _FAR = 1e-12, 3.0  # in the parent element: a smaller step is the last; no place is looked for farther out
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,7 +60,10 @@ def _nearest(kind: ElementKind, corners: FloatArray, places: FloatArray) -> tupl
     for _ in range(_NEWTON_STEPS):
         jacobian = np.einsum("pna,pnb->pab", kind.slopes(parent), nodes)
         residual = target - np.einsum("pn,pnc->pc", kind.values(parent), nodes)
-        parent = np.clip(parent + np.linalg.solve(np.swapaxes(jacobian, 1, 2), residual[:, :, None])[:, :, 0], -3.0, 3.0)
+        moved = np.clip(parent + np.linalg.solve(np.swapaxes(jacobian, 1, 2), residual[:, :, None])[:, :, 0], -_FAR, _FAR)
+        has_settled, parent = bool(np.abs(moved - parent).max() < _SETTLED), moved
+        if has_settled:
+            break
     inside = _clipped(kind, parent)
     away = np.linalg.norm(np.einsum("pn,pnc->pc", kind.values(inside), nodes) - target, axis=1).reshape(tried.shape)
     best, rows = away.argmin(axis=1), np.arange(len(places))

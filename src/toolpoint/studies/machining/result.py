@@ -180,7 +180,8 @@ class MachiningStudy(NotebookText):
                 "collisions": [{"kind": c.kind, "line": int(self.laid.path.line[c.block]), "place_m": list(c.place),
                                 "depth_m": c.depth}
                                for c in self.removed.collisions],
-                "blocks": blocks, "work": None if self.work is None else self.work.to_dict(), "record": None if self.record is None else self.record.to_dict(),
+                "blocks": blocks, "work": None if self.work is None else self.work.to_dict(),
+                "record": None if self.record is None else self.record.to_dict(),
                 "advice": None if self.advice is None else self.advice.to_dict(), "notes": list(self.notes)}
 
     def __repr__(self) -> str:

@@ -62,14 +62,18 @@ class StabilitySolver:
     def dynamics_of(self, tool: int, pose: int) -> ToolDynamics:
         """Return the dynamics of a tool at a pose."""
         if (tool, pose) not in self._tips:
-            tip = self.tips.dynamics_of(tool, self.dynamics[pose])
-            self._tips[tool, pose] = with_work(tip, self.work[pose]) if self.work else tip
+            self._tips[tool, pose] = self.beside_work(self.tips.dynamics_of(tool, self.dynamics[pose]), pose)
         return self._tips[tool, pose]
+
+    def beside_work(self, tip: ToolDynamics, pose: int) -> ToolDynamics:
+        """Return the dynamics of a tip with those of the work at a pose, the tip's own where the work is rigid."""
+        return with_work(tip, self.work[pose]) if self.work else tip
 
     @property
     def is_isotropic(self) -> bool:
         """Whether no tool answers otherwise along x than along y, so that the direction of feed plays no part."""
-        return not self.work and not self.tips.shafts and all(each.y == "same" for each in (self.dynamics[0], *self.tips.struck.values()))
+        tips = (self.dynamics[0], *self.tips.struck.values())
+        return not self.work and not self.tips.shafts and all(each.y == "same" for each in tips)
 
     def problem(self, tool: int, pose: int) -> MillingProblem:
         """Return the milling problem of a tool at a pose."""

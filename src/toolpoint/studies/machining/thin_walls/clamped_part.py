@@ -101,7 +101,8 @@ def describe_part(description: MachineDescription, held: Sequence[str], *, dampi
     >>> from toolpoint.machine.description.elastic import CastingBox, PatchDescription, PlaneDescription
     >>> foot = PatchDescription(plane=PlaneDescription((0, 0, 0), (0, 0, 1)))
     >>> wall = ElasticDescription((CastingBox((0, 0, 0), (0.06, 0.004, 0.04)),), {"foot": foot}, 1e4, 5e-3)
-    >>> file = MachineDescription("wall", {"wall": BodyDescription(elastic=wall)}, {"clamp": JointDescription("ground", "wall")})
+    >>> clamp = {"clamp": JointDescription("ground", "wall")}
+    >>> file = MachineDescription("wall", {"wall": BodyDescription(elastic=wall)}, clamp)
     >>> describe_part(file, ["foot"]).model.element_count
     96
     """

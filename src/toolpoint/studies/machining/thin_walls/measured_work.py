@@ -101,8 +101,8 @@ def follow_responses(work: MeasuredWork, arcs: PlaceArcs, *, removed: RemovedMat
     dynamics = [work.responses[each] for each in work.lines]
     rows = tuple((str(k + 1), str(each), "-", "-", "-", "-", "-") for k, each in enumerate(work.lines))
     notes = [f"the work's response from line {each} on: {work.responses[each].what}" for each in work.lines]
-    doubts = [Doubt("response of the work", "one measured response stands for all places of its stage, with the motion where it "
-                    "was struck", "strike the wall where it gives way most, or give the part by finite elements")]
+    doubts = [Doubt("response of the work", "one measured response stands for all places of its stage, with the motion where "
+                    "it was struck", "strike the wall where it gives way most, or give the part by finite elements")]
     for tip in dynamics:
         notes += list(tip.notes)
     return WorkCourse(np.asarray(group), tuple(dynamics), np.full(arcs.place.size, np.nan), rows, tuple(dict.fromkeys(notes)),

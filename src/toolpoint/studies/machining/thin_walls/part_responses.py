@@ -1,7 +1,7 @@
 r"""Responses of a part at the places of the cut: few distinct ones for each stage, modes and what answers at once.
 
-With the shape :math:`\phi_r` averaged over the height of the cut, :math:`G = \sum_r \phi_r \phi_r^T / (\omega_r^2 - \omega^2 + 2
-i \zeta_r \omega_r \omega) + R`, where R is the static response less that of these modes; it is written as three stiff modes.
+With the shape :math:`\phi_r` averaged over the height of the cut, :math:`G = \sum_r \phi_r \phi_r^T / (\omega_r^2 -
+\omega^2 + 2 i \zeta_r \omega_r \omega) + R`, where R is the static response less that of these modes, written as stiff modes.
 """
 
 from __future__ import annotations
@@ -18,9 +18,10 @@ from toolpoint.studies.machining.thin_walls.wall_contacts import WallContacts
 from toolpoint.vibration import Dof, Modes
 
 WORK_LABELS = tuple(Dof("work", way) for way in ("+x", "+y", "+z"))
-GROUP_STEP = 0.05  # of the largest amplitude of a stage, within which places are one
+GROUP_STEP = 0.1  # of the largest amplitude of a stage, within which places are one
 STIFF_FREQUENCY_RATIO = 4.0  # of the highest mode: where the modes stand that answer at once
 MIN_JUDGED_SHARE = 0.05  # of the largest compliance of a stage: stiffer places are not asked how evenly they move
+MIN_MODE_SHARE = 0.01  # of the largest peak of a place: a mode with a smaller one answers at once
 _MIN_RESIDUAL_SHARE = 1e-3  # of the static response: a smaller part of what answers at once is left out
 
 
@@ -86,14 +87,16 @@ def _static(stage: PartStage, nodes: IndexArray, values: FloatArray) -> FloatArr
 
 
 def _modes(stage: PartStage, shape: FloatArray, static: FloatArray, damping: str) -> Modes:
-    """Return the modes (3, m) at a place, and up to three stiff ones for what the others lack of the static response."""
-    omega = 2 * np.pi * stage.frequency
+    """Return the modes (3, m) at a place that count there, and up to three stiff ones for the static response of all others."""
+    peak = (shape**2).sum(axis=0) / (stage.frequency**2 * stage.damping_ratio)
+    chosen = peak >= MIN_MODE_SHARE * peak.max()
+    shape, omega = shape[:, chosen], 2 * np.pi * stage.frequency[chosen]
     residual = static - (shape / omega**2) @ shape.T
     values, vectors = np.linalg.eigh(residual)
     kept = values > _MIN_RESIDUAL_SHARE * np.trace(static)
     stiff = STIFF_FREQUENCY_RATIO * stage.frequency[-1]
-    frequency = np.concatenate([stage.frequency, np.full(int(kept.sum()), stiff)])
-    ratio = np.concatenate([stage.damping_ratio, np.full(int(kept.sum()), stage.damping_ratio[-1])])
+    frequency = np.concatenate([stage.frequency[chosen], np.full(int(kept.sum()), stiff)])
+    ratio = np.concatenate([stage.damping_ratio[chosen], np.full(int(kept.sum()), stage.damping_ratio[-1])])
     return Modes(frequency, ratio, np.hstack([shape, vectors[:, kept] * np.sqrt(values[kept]) * 2 * np.pi * stiff]),
                  WORK_LABELS, damping=damping)
 

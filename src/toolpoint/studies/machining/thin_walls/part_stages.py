@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -128,7 +129,7 @@ def choose_stages(part: ClampedPart, cut: CutSolid, progress: Callable[[int, int
         solved[middle] = solve_stage(cut, part, middle)
         waiting += [(begin, middle), (middle, end)]
     stages = tuple(solved[piece] for piece in sorted(solved))
-    change = np.array([largest_change(a, b) for a, b in zip(stages, stages[1:], strict=False)])
+    change = np.array([largest_change(a, b) for a, b in pairwise(stages)])
     return StageCourse(cut, stages, change, is_capped)
 
 

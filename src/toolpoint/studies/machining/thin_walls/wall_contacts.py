@@ -14,7 +14,7 @@ from toolpoint.studies.machining.thin_walls.part_stages import PartStage
 
 HEIGHTS = 4  # places along the cut's depth, over which motion and force are averaged
 _RAY_RATIO = 4.0  # mean sizes of an element through which a wall is followed
-_RAY_STEPS = 160
+_RAY_STEPS = 80
 _CORNERS = 8  # nodes of an element, the first, between which its size is taken
 _OUTSIDE_RATIO = 1e-6  # of the part's extent: a place farther from every element is outside
 

@@ -20,7 +20,7 @@ STAGE_HEADER = ("stage", "from line", "modes Hz", "change", "thinnest wall mm", 
 class WorkCourse:
     """Responses of the work along a program.
 
-    group : (m,) of each place that cuts, as `PlaceArcs`; dynamics : of each group; rows : one for each stage, see `STAGE_HEADER`;
+    group : (m,) of each place that cuts, as `PlaceArcs`; dynamics : of each group; rows : of the stages, see `STAGE_HEADER`;
     compliance : (m,) static, along the normal of the wall or the middle of the arc, m/N, not a number where not known.
     """
 
