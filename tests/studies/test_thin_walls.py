@@ -14,7 +14,6 @@ from toolpoint.bodies.solid import Casting, Cuboid, Material, PlaneFaces, SolidM
 from toolpoint.bodies.solid.element_places import locate
 from toolpoint.cutting import Engagement, stability
 from toolpoint.cutting.description import CuttingDescription
-from toolpoint.cutting.surface.location import location_error
 from toolpoint.io.program.gcode import parse
 from toolpoint.studies.cuts.tool_dynamics import ToolDynamics
 from toolpoint.studies.machines.tool_point import milling_problem
@@ -113,18 +112,6 @@ def test_stages_follow_the_frequencies(study):
     last = course.stages[-1]
     assert last.state.volume == pytest.approx(study.removed.left_volume, rel=2e-3)
     assert not any("part and stock" in doubt for doubt in study.doubts)
-
-
-def test_a_slow_cut_leaves_what_the_edge_forces_bend(study):
-    """At a tooth in two seconds the wall is a spring: where a tooth leaves it only the edge force is left, K_ne times the depth."""
-    assert study.arcs is not None and study.work is not None and study.judged is not None
-    for m in members_of(study, FINISHING_LINE)[:2].tolist():
-        arc = Engagement(float(study.arcs.entry[m]), np.pi)
-        problem = study.judged.solver.problem(0, int(study.judged.pose[study.arcs.place[m]])).changed(
-            engagement=arc, feed_angle=float(study.arcs.angle[m]), feed_per_tooth=1e-8)
-        error = float(location_error(problem, np.array([15.0]), 3 * MM)[0])
-        tool = 2.0**2 / (2 * np.pi * 1100) ** 2
-        assert error == pytest.approx(2e4 * 3 * MM * (study.work.compliance[m] + tool), rel=0.02)
 
 
 @pytest.mark.slow

@@ -81,7 +81,7 @@ class CutSolid:
     def _never_cut(self) -> list[FloatArray]:
         """Stiffness, mass and, of unlike sets, loss by node pairs of elements that the path does not meet."""
         count = self._pattern.block_count
-        sums = [np.zeros((count, 3, 3)), np.zeros((count, 1, 1))]
+        sums: list[FloatArray] = [np.zeros((count, 3, 3)), np.zeros((count, 1, 1))]
         sums += [np.zeros((count, 3, 3))] if self._loss_factor is None else []
         for block in self.blocks:
             self._add_whole(block, np.flatnonzero(block.time == self.sweep.count), sums)
