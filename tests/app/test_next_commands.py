@@ -7,7 +7,7 @@ import click
 import pytest
 
 from toolpoint.app.main import MODULE_OF_COMMAND, cli, main
-from toolpoint.app.next_commands import ENDS, NEXT_COMMANDS, named_values, next_commands
+from toolpoint.app.next_commands import ENDS, NEXT_COMMANDS, value_names, next_commands
 
 
 def command_of(name):
@@ -22,7 +22,7 @@ def test_every_command_says_what_comes_next_or_is_an_end():
 def test_what_is_named_exists(name):
     names = {parameter.name for parameter in command_of(name).params}
     for template in NEXT_COMMANDS[name]:
-        asked = {name.lstrip("!") for name in named_values(template)}
+        asked = {name.lstrip("!") for name in value_names(template)}
         assert asked <= names, (template, asked - names)
         words = shlex.split(re.sub(r"\{!\w+\}", "", template))
         following = command_of(words[0])

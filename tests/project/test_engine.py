@@ -167,8 +167,8 @@ def _warn_of(folder, text):
     return StepOutcome("", (Doubt("channel 3", "is turned"),))
 
 
-@pytest.mark.parametrize(("text", "count"), [("doubtful at bed; channel 3: is turned", 1), ("doubtful at bed; too few points", 2),
-                                             ("channel 3: is turned and late", 2)])
+@pytest.mark.parametrize(("text", "count"), [("doubtful at bed; channel 3: is turned", 1),
+                                             ("doubtful at bed; too few points", 2), ("channel 3: is turned and late", 2)])
 def test_a_status_that_repeats_the_doubts_of_a_step_is_no_further_doubt(root, text, count):
     step = ProjectStep("joints", _warn_of, {}, {"text": text}, ("joined.txt",))
     assert len(do_work(step, root, root / "draft").outcome.doubts) == count

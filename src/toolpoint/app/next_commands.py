@@ -58,7 +58,8 @@ NEXT_COMMANDS: dict[str, tuple[str, ...]] = {
     "drive": ("servo-data TRACE.csv", "machining {program} --drives {drives} --machine MACHINE.yaml --stock STOCK"),
     "servo-data": ("new servo my_servo.yaml", "drive my_servo.yaml --circle 50,4000"),
     "machining": ("machining {program} --machine {machine} --stock {stock} --advice", "lobes {machine}"),
-    "robot": ("reach {written} --tip X,Y,Z", "accuracy {written} --square 200mm --speed SPEED --depth DEPTH", "robot {datasheet} --machine my_robot.yaml"),
+    "robot": ("reach {written} --tip X,Y,Z", "accuracy {written} --square 200mm --speed SPEED --depth DEPTH",
+              "robot {datasheet} --machine my_robot.yaml"),
     "reach": ("region {machine} --along x=LOW:HIGH:7",),
     "region": ("accuracy {machine} --square 200mm --speed SPEED --depth DEPTH",),
     "accuracy": ("region {machine} --along x=LOW:HIGH:7",),
@@ -78,14 +79,14 @@ def next_commands(command: str, values: Mapping[str, Any]) -> list[str]:
     words = {name: text for name, value in values.items() if (text := _words_of(value))}
     lines = []
     for template in NEXT_COMMANDS.get(command, ()):
-        names = named_values(template)
+        names = value_names(template)
         absent_names = {name[1:] for name in names if name.startswith("!")}
         if all(name in words for name in names if not name.startswith("!")) and not absent_names & set(words):
             lines.append(re.sub(r"\{!\w+\}", "", template).format(**words))
     return lines[:MAX_SUGGESTED_COMMANDS]
 
 
-def named_values(template: str) -> list[str]:
+def value_names(template: str) -> list[str]:
     """Return the arguments and options that a line names in braces."""
     return re.findall(r"\{(!?\w+)\}", template)
 

@@ -60,8 +60,8 @@ def _check_name(document: Document, key: Key, name: str | None, section: str, *,
     allowed = [*document.data[section], *extra]
     if name is not None and name not in allowed:
         hint = suggestion(name, allowed)
-        known = f"known: {', '.join(allowed) or 'none'}"
-        document.fault(key, f"there is no {PART_WORDS[section]} {name!r}; {hint or known}")
+        listing = f"known: {', '.join(allowed) or 'none'}"
+        document.fault(key, f"there is no {PART_WORDS[section]} {name!r}; {hint or listing}")
 
 
 def check_tree(document: Document, converted: dict[str, dict[str, Any]], data: Mapping[str, Any]) -> None:
