@@ -7,7 +7,7 @@ import click
 import pytest
 
 from toolpoint.app.main import MODULE_OF_COMMAND, cli, main
-from toolpoint.app.next_commands import ENDS, NEXT_COMMANDS, value_names, next_commands
+from toolpoint.app.next_commands import ENDS, NEXT_COMMANDS, next_commands, value_names
 
 
 def command_of(name):
