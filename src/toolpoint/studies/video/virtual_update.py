@@ -115,4 +115,5 @@ def update_from_virtual_videos(
     lines = np.linspace(*FILMED_BAND, FRAC_LINES)
     responses = [[frequency_response.direct(assemble(model, None, (Dof(point, "+" + plane[0]),)), lines) for plane in planes]
                  for model in (filmed, machine, update.machine)]
-    return VirtualUpdate(tuple(videos), update, *(tuple(part) for part in responses), true_values=dict(truth))
+    true_responses, before_update, after_update = (tuple(part) for part in responses)
+    return VirtualUpdate(tuple(videos), update, true_responses, before_update, after_update, dict(truth))
