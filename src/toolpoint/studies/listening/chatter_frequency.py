@@ -38,7 +38,7 @@ class ChatterFrequency:
 
     @property
     def note(self) -> str:
-        """How often a line is named rightly without the modes of the tool; empty where a mode names it or a doubt says more."""
+        """Remark that a line is named by the sound alone; empty where a mode names it or a doubt says more."""
         if self.rivals or not np.isnan(self.mode):
             return ""
         return (f"The chatter is named among its side bands by the sound alone, rightly in {NAMED_RIGHTLY} random cuts; the "
