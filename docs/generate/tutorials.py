@@ -1,4 +1,6 @@
-"""Tutorials as programs: the blocks ``python`` and ``sh`` of a page, run one after the other in one folder.
+"""Tutorials as programs: the blocks ``python`` and ``sh`` of a page, run one after the other as a person types them.
+
+A block begins in the folder in which the block before it ended.
 
     python docs/generate/tutorials.py docs/tutorials/*.md
 """
@@ -39,12 +41,17 @@ def run_tutorial(page: Path) -> int:
     """Run the blocks of a page in a folder of its own and return how many there were; whatever fails is raised."""
     names: dict[str, Any] = {"__name__": "tutorial"}
     blocks = blocks_of(page)
-    with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder), _activated_environment():
+    with tempfile.TemporaryDirectory() as scratch, contextlib.chdir(scratch), _activated_environment():
+        folder, place_file = Path(scratch, "empty").resolve(), Path(scratch, "place").resolve()
+        folder.mkdir()
+        os.chdir(folder)
         for language, text in blocks:
             if language == "python":
                 exec(compile(text, f"{page.name}", "exec"), names)
             else:
-                subprocess.run(["bash", "-euc", text], check=True)
+                subprocess.run(["bash", "-euc", f'{text}\npwd > "$PLACE_FILE"'], check=True,
+                               env={**os.environ, "PLACE_FILE": str(place_file)})
+                os.chdir(place_file.read_text(encoding="utf-8").rstrip("\n"))
     return len(blocks)
 
 

@@ -56,6 +56,14 @@ def test_the_workflow_runs_every_python_that_the_package_names():
     assert set(named) <= set(listed)
 
 
+def test_python_of_the_readme_runs_as_it_stands(monkeypatch, capsys):
+    """The blocks are one program, run in the clone: the first reads a machine file of the package by its place there."""
+    monkeypatch.chdir(ROOT)
+    blocks = re.findall(r"^```python\n(.*?)^```$", (ROOT / "README.md").read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL)
+    exec(compile("\n".join(blocks), "README.md", "exec"), {})
+    assert len(blocks) == 2 and " 137.15" in capsys.readouterr().out  # root of det(K - w^2 M): 137.157 Hz
+
+
 def test_every_line_of_the_readme_is_run_by_the_ci():
     """Lines that `.ci/readme_lines.py` leaves out are run by `.ci/run` itself, or by tests of the workbench."""
     spec = importlib.util.spec_from_file_location("readme_lines", ROOT / ".ci/readme_lines.py")

@@ -663,7 +663,7 @@ def planned_test() -> Report:
 @case
 def project() -> Report:
     from toolpoint.pages.project.project import project_page
-    from toolpoint.project import ProjectResults
+    from toolpoint.project import KeptState, ProjectResults, StateDifference
 
     goal = {"cut": "face", "speed_rpm": 1200.0, "depth_m": 2e-3, "limit_m": 2.6e-3, "interval_m": [1.9e-3, None],
             "depth_max_m": 9e-3, "stable_probability": 0.93, "chatter_frequency_hz": 68.2, "shares": {
@@ -676,12 +676,20 @@ def project() -> Report:
               "doubts": ["18:+x: is turned"], "files": [f"results/limits/{name}/limits.json"],
               "command": "toolpoint report machine.yaml"}
              for name, state in (("rough", "done"), ("side", "stopped"), ("old", "failed"), ("mine", "by hand"))]
-    return project_page(ProjectResults({
+    results = ProjectResults({
         "project": "Demo mill", "answers": ["rough: not certain; 2 mm is stable with 93 %.", "side: no answer."],
         "goals": {"rough": goal}, "contours": {"circle": {"deviation_m": 8e-6, "goal_m": 1e-5, "met": True}},
         "changes": [change], "next": {"answer": "compliance", "today": 0.05, "random": 0.04, "candidates": [
             {"test": "shapes at 34:+x", "after": 0.028}]}, "next_steps": ["try a cut of 2.4 mm"], "steps": steps,
-        "doubts": [doubt], "assumptions": ["Coefficients are lognormal."], "methods": "Responses were estimated."}))
+        "doubts": [doubt], "assumptions": ["Coefficients are lognormal."], "methods": "Responses were estimated."})
+    older, newer = (KeptState(key, f"2026-05-0{key}T10:30:00", {
+        "goals": {"rough": {**goal, "limit_m": limit, "interval_m": [0.8 * limit, end]}}, "sources": {f"{key}.csv": key},
+        "modes": {"structure": {"frequency_hz": [frequency], "damping_ratio": [0.02]}}, "springs": {
+            "joints.bed_column.stiffness.rx": {"value": spring, "deviation": 0.02 * spring}}, "options": {
+                "limits/rough": {"cut": {"values": {"tangential": coefficient}}, "cut_name": "face"}}, "version": "0.2"})
+        for key, limit, end, frequency, spring, coefficient in (("4", 2.2e-3, 2.9e-3, 66.0, 1.1e9, 8e8),
+                                                                ("5", 2.6e-3, None, 68.2, 1.2e9, 9e8)))
+    return project_page(results.beside(StateDifference(older, newer)))
 
 
 @case

@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import time
+import warnings
 from dataclasses import replace
 from pathlib import Path
 
@@ -18,13 +19,15 @@ from hypothesis import strategies as st
 
 import project_steps
 from project_steps import chain, ignore_sources, join_files, results
-from toolpoint._check import ToolpointError
+from toolpoint._check import ToolpointError, ToolpointWarning
+from toolpoint._doubt import Doubt
 from toolpoint.io.quantities import units
 from toolpoint.project.engine.decision import KEEP, REPEAT, RUN, SKIP, STOP
 from toolpoint.project.engine.lock import hold_lock
 from toolpoint.project.engine.plan import plan_steps
 from toolpoint.project.engine.run import run_steps
-from toolpoint.project.engine.step import ProjectStep
+from toolpoint.project.engine.step import ProjectStep, StepOutcome
+from toolpoint.project.engine.work import do_work
 
 TEXTS = ("joined.txt", "length.txt")
 
@@ -156,6 +159,19 @@ def test_doubts_travel_with_the_step_that_can_mend_them_and_grave_ones_stop(root
     assert run_steps(plan_steps(steps(False), root), root).doubts == after.doubts
     stopped = run_steps(plan_steps(steps(True), root), root)
     assert actions(stopped)["modes"] == STOP and "mend it in tap" in reason(stopped, "modes")
+
+
+def _warn_of(folder, text):
+    (folder / "joined.txt").write_text("")
+    warnings.warn(text, ToolpointWarning, stacklevel=2)
+    return StepOutcome("", (Doubt("channel 3", "is turned"),))
+
+
+@pytest.mark.parametrize(("text", "count"), [("doubtful at bed; channel 3: is turned", 1),
+                                             ("doubtful at bed; too few points", 2), ("channel 3: is turned and late", 2)])
+def test_a_status_that_repeats_the_doubts_of_a_step_is_no_further_doubt(root, text, count):
+    step = ProjectStep("joints", _warn_of, {}, {"text": text}, ("joined.txt",))
+    assert len(do_work(step, root, root / "draft").outcome.doubts) == count
 
 
 def test_all_faults_of_a_plan_come_before_anything_runs(root):

@@ -49,6 +49,24 @@ def test_modes_are_paired_by_frequency_and_springs_judged_by_their_intervals():
     assert any("by the nearest frequency" in doubt for doubt in difference.doubts)
 
 
+def test_a_coefficient_that_five_steps_take_is_listed_once_by_its_place_in_the_project_file():
+    def options(tangential, deviation):
+        cut = {"values": {"tangential": tangential, "teeth": 4}, "deviation": deviation}
+        return {"options": {"limits/rough": {"cut": cut, "cut_name": "face", "draws": 20}, "changes": {"cuts": {"face": cut}},
+                            "tried/tip": {"cuts": {"face": cut}}, "tip/face": {"values": cut["values"]},
+                            "program/part": {"settings": {"cut": cut, "cut_name": "face", "speed": 1200.0}}}}
+
+    states = [KeptState(key, key, options(*numbers)) for key, numbers in (("1", (8e8, None)), ("2", (9e8, 0.05)))]
+    assert StateDifference(*states).changed_inputs == ("cuts.face.tangential: 800000000 -> 900000000",
+                                                       "cuts.face.coefficient_deviation: none -> 0.05")
+
+
+def test_a_step_kept_by_hand_with_another_coefficient_is_not_hidden():
+    older, newer = ({"limits/rough": {"draws": 20}, "limits/fine": {"draws": draws}} for draws in (20, 40))
+    (line,) = StateDifference(KeptState("1", "1", {"options": older}), KeptState("2", "2", {"options": newer})).changed_inputs
+    assert line == "draws: 20 -> 20 and 40"
+
+
 def test_another_question_and_another_program_are_doubted():
     doubts = StateDifference(state(), state("2026-06-01T10:00:00", speed=900.0, version="0.3")).doubts
     assert any("goal rough" in doubt for doubt in doubts) and any("toolpoint 0.2" in doubt for doubt in doubts)

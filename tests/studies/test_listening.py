@@ -157,6 +157,20 @@ def test_an_unknown_speed_is_searched_and_doubted():
     assert any(doubt.what == "spindle speed" for doubt in result.doubts)
 
 
+def test_two_lines_of_a_family_that_move_the_tool_alike_are_doubted_unless_a_mode_tells():
+    """The motion is the sound over the frequency: two lines a tooth passing apart, each as strong as its frequency."""
+    rng, higher = np.random.default_rng(1), CHATTER + TEETH * SPINDLE
+    time = np.arange(int(2.5 * RATE)) / RATE
+    lines = sum(f / CHATTER * np.sin(2 * np.pi * f * time) for f in (CHATTER, higher))
+    heard = record(with_noise(comb(SPINDLE, TEETH, 2.5, rng)[:time.size] + lines, 0.1, rng))
+    alone = listen(heard, TEETH, 60 * SPINDLE)
+    named = alone.line.frequency
+    (doubt,) = [doubt for doubt in alone.doubts if doubt.what == "chatter frequency"]
+    assert f"{CHATTER + higher - named:.0f} Hz" in doubt.why
+    told = listen(heard, TEETH, 60 * SPINDLE, modes=[named / 1.03])
+    assert not [doubt for doubt in told.doubts if doubt.what == "chatter frequency"]
+
+
 def test_speeds_to_try_are_lobes_of_the_mode_behind_the_line():
     zeta, natural, tooth = 0.025, 1000.0, 600.0
     # One mode: a line at r = f/f_n and the phase of its waves belong together (the equation of the module).

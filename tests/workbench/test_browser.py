@@ -419,6 +419,16 @@ def test_a_cut_is_simulated_and_heard_and_twice_the_limit_chatters(folder, serve
         loudest = page.evaluate("Math.max(...window.Workbench.floats(window.Workbench.heard.sound).map(Math.abs))")
         assert loudest == pytest.approx(1)
     assert page.evaluate("window.Workbench.played") == 2
+    row = page.locator(".wb-slider", has=page.locator("#lobes-depth"))
+    depth = page.input_value("#lobes-depth")
+    for text in ("1,5 mm", "0.2 cm", "deep"):  # neither 1 mm nor 0.2 mm
+        row.locator(".wb-value").fill(text)
+        row.locator(".wb-value").press("Enter")
+        assert text in row.locator("[role=alert]").inner_text() and page.input_value("#lobes-depth") == depth
+    row.locator(".wb-value").fill("1.5")
+    row.locator(".wb-value").press("Enter")
+    assert row.locator("[role=alert]").is_hidden()
+    assert float(page.input_value("#lobes-depth")) == pytest.approx(1.5e-3, abs=1e-4)
     teeth = page.locator(".wb-slider", has=page.locator("#cut-teeth")).locator(".wb-value")
     teeth.fill("3.2")
     teeth.press("Enter")

@@ -120,11 +120,16 @@ class Frame:
         self._written.append(f"{name} written: {path}")
         return True
 
-    def save(self, page: Callable[..., Report], *arguments: Any, to: Path | None = None, **named: Any) -> None:
-        """Write the page that a function of `pages` makes of these arguments, where a page is asked for; `to` another place."""
+    def save(self, page: Callable[..., Report], *arguments: Any, to: Path | None = None, **named: Any) -> str:
+        """Write the page that a function of `pages` makes of these arguments, where a page is asked for; `to` another place.
+
+        Return its answer, empty where there is no page.
+        """
+        answer = ""
         if (place := to or self.output) is not None:
             # Studies name arguments, a page of the command line must name options.
             report = page(*arguments, **named).preceded_by(*self.file_doubts).reworded(console.spell_options)
+            answer = report.summary
             try:
                 with unbroken_writing():
                     written = f"Page written: {report.save(place)}"
@@ -133,23 +138,25 @@ class Frame:
                     self._written.append(written)
             except (ToolpointError, OSError) as error:
                 self._unwritten.append(ToolpointError(f"Page not written: {place}: {error}"))
+        return answer
 
     def present(self, page: Callable[..., Report], result: Result, *arguments: Any, notes: Sequence[str] = (),
-                **named: Any) -> None:
-        """Write the page of a result, then print the result."""
+                has_answer: bool = True, **named: Any) -> None:
+        """Write the page of a result, then print the result; has_answer : False where its table has none, and the page's answer
+        goes before it."""
         self.step("page")
-        self.save(page, result, *arguments, **named)
-        self.show(result, notes)
+        answer = self.save(page, result, *arguments, **named)
+        self.show(result, notes, answer="" if has_answer else answer)
 
-    def show(self, result: Result, notes: Sequence[str] = ()) -> None:
-        """Print the result: JSON, or its table, the doubts among the notes before it, then the other notes, warnings, and the
-        files that were written."""
+    def show(self, result: Result, notes: Sequence[str] = (), *, answer: str = "") -> None:
+        """Print the result: JSON, or its table, the doubts among the notes and the answer before it, then the other notes,
+        warnings, and the files that were written."""
         if self.as_json:
             self.show_json(result.to_dict())
             return
         # A note may come from several poses or parts: each sentence is said once.
         table, doubts = result.table(), doubts_among(dict.fromkeys(notes))
-        self.show_text(*mark_notes(doubt for doubt in doubts if doubt not in table), table)
+        self.show_text(*mark_notes(doubt for doubt in doubts if doubt not in table), *([answer] if answer else []), table)
         self.show_rest(notes, first=doubts)
 
     def show_text(self, *lines: str) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shlex
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -11,11 +12,12 @@ MAX_SUGGESTED_COMMANDS = 2
 MAX_NAMED_FILES = 2  # of an argument of several; more are not repeated
 
 # Command to those that may come next; what stands in braces is an argument or option of the command itself, and a line is said
-# only where each of them was given. Words in capitals are for the reader to fill in.
+# only where each of them was given; one after an exclamation mark must not have been given, so that no command names itself
+# again as it was. Words in capitals are for the reader to fill in.
 NEXT_COMMANDS: dict[str, tuple[str, ...]] = {
     "tap": ("listen CUT.wav --teeth {cut_teeth} --speed SPEED",
             "new project my_project"),
-    "lobes": ("mill {machine} --speed SPEED --depth DEPTH", "map-chatter {machine} --axis X=LOW:HIGH:7",
+    "lobes": ("mill {machine} --speed SPEED --depth DEPTH", "map-chatter {machine} --axis AXIS=LOW:HIGH:7",
               "mill --modes {modes} --teeth {cut_teeth} --speed SPEED --depth DEPTH",
               "listen CUT.wav --teeth {cut_teeth} --speed SPEED"),
     "listen": ("speeds --chatter HZ --teeth {teeth} --highest SPEED", "lobes --modes modes.h5 --teeth {teeth}"),
@@ -32,15 +34,17 @@ NEXT_COMMANDS: dict[str, tuple[str, ...]] = {
     "identify": ("joints {modes} --geometry points.csv --components parts.yaml --machine found.yaml",
                  "lobes --modes {modes} --teeth 4 --material al7075", "identify {files} -m modes.h5"),
     "operational": ("correlate MACHINE.yaml {modes} --geometry {geometry} --components parts.yaml",
-                    "operational {files} -m modes.h5"),
-    "traverse": ("sensitivity {machine}", "traverse {files} --machine MACHINE.yaml"),
-    "axis-test": ("axis-test {file} --machine MACHINE.yaml",),
+                    "correlate MACHINE.yaml {modes} --geometry points.csv --components parts.yaml{!geometry}",
+                    "operational {files} -m modes.h5{!modes}"),
+    "traverse": ("sensitivity {machine}", "traverse {files} --travel AXIS=FIRST:LAST:8 --machine MACHINE.yaml{!machine}"),
+    "axis-test": ("axis-test {file} --set-point {set_point} --force {force} --newtons {newtons} --at {at_force} --moving "
+                  "MOVING.csv{!moving}", "sensitivity {machine}"),
     "joints": ("report {written}", "next-test {written}", "joints {files} --components {components} --machine found.yaml"),
     "next-test": ("plan {machine} --test test.yaml --geometry points.csv",),
     "drift": ("compare BEFORE.h5 {files}", "sensitivity {machine}"),
     "modes": ("frf {machine}", "sensitivity {machine}"),
-    "map": ("map-chatter {machine} --axis X=LOW:HIGH:7", "lobes {machine}"),
-    "map-chatter": ("lobes {machine} --pose X=POSITION", "sensitivity {machine}"),
+    "map": ("map-chatter {machine} --axis AXIS=LOW:HIGH:7", "lobes {machine}"),
+    "map-chatter": ("lobes {machine} --pose AXIS=POSITION", "sensitivity {machine}"),
     "campbell": ("lobes {machine}",),
     "base": ("modes {machine}",),
     "report": ("sensitivity {machine}",),
@@ -54,12 +58,13 @@ NEXT_COMMANDS: dict[str, tuple[str, ...]] = {
     "drive": ("servo-data TRACE.csv", "machining {program} --drives {drives} --machine MACHINE.yaml --stock STOCK"),
     "servo-data": ("new servo my_servo.yaml", "drive my_servo.yaml --circle 50,4000"),
     "machining": ("machining {program} --machine {machine} --stock {stock} --advice", "lobes {machine}"),
-    "robot": ("reach {written} --tip X,Y,Z", "accuracy {written} --square 200mm", "robot {datasheet} --machine my_robot.yaml"),
+    "robot": ("reach {written} --tip X,Y,Z", "accuracy {written} --square 200mm --speed SPEED --depth DEPTH",
+              "robot {datasheet} --machine my_robot.yaml"),
     "reach": ("region {machine} --along x=LOW:HIGH:7",),
-    "region": ("accuracy {machine} --square 200mm",),
+    "region": ("accuracy {machine} --square 200mm --speed SPEED --depth DEPTH",),
     "accuracy": ("region {machine} --along x=LOW:HIGH:7",),
     "video": ("correlate {machine} {file} --geometry points.csv --components parts.yaml", "operational {record}",
-              "video {files} --machine MACHINE.yaml --update updated.yaml"),
+              "video {files} --fps {fps} --machine MACHINE.yaml --update updated.yaml{!machine}"),
     "convert": ("identify {target}",),
     "export": ("modes {machine}",),
     "doctor": ("demo", "samples tap"),
@@ -74,10 +79,16 @@ def next_commands(command: str, values: Mapping[str, Any]) -> list[str]:
     words = {name: text for name, value in values.items() if (text := _words_of(value))}
     lines = []
     for template in NEXT_COMMANDS.get(command, ()):
-        names = [part.partition("}")[0] for part in template.split("{")[1:]]
-        if all(name in words for name in names):
-            lines.append(template.format(**words))
+        names = value_names(template)
+        absent_names = {name[1:] for name in names if name.startswith("!")}
+        if all(name in words for name in names if not name.startswith("!")) and not absent_names & set(words):
+            lines.append(re.sub(r"\{!\w+\}", "", template).format(**words))
     return lines[:MAX_SUGGESTED_COMMANDS]
+
+
+def value_names(template: str) -> list[str]:
+    """Return the arguments and options that a line names in braces."""
+    return re.findall(r"\{(!?\w+)\}", template)
 
 
 def _words_of(value: Any) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,6 +15,7 @@ MAX_LISTED_CHANGES = 12  # files and options that differ
 EQUAL_NUMBERS = 1e-9  # relative difference below which two numbers are the same
 MAX_PAIRED_DIFFERENCE = 0.1  # relative difference of the frequencies of two modes that are one
 NORMAL_HALF_WIDTH = 1.96  # standard deviations, of a 95 % interval
+_REPEATED_NAMES = ("name", "cut_name")  # options of a step that say again what a goal or a program says
 _ANSWER_KEYS = ("limit_m", "interval_m", "depth_max_m", "stable_probability", "chatter_frequency_hz")
 
 
@@ -58,8 +59,8 @@ class StateDifference(NotebookText):
         first, second = self.older.data.get("sources", {}), self.newer.data.get("sources", {})
         files = [f"{place}: " + ("new" if place not in first else "gone" if place not in second else "another content")
                  for place in dict.fromkeys([*first, *second]) if first.get(place) != second.get(place)]
-        options = [dict(_leaves(state.data.get("options", {}))) for state in (self.older, self.newer)]
-        numbers = [f"{name}: {options[0].get(name, 'not given')} -> {options[1].get(name, 'not given')}"
+        options = [_project_numbers(state.data.get("options", {})) for state in (self.older, self.newer)]
+        numbers = [f"{name}: {options[0].get(name, 'not used')} -> {options[1].get(name, 'not used')}"
                    for name in dict.fromkeys([*options[0], *options[1]]) if options[0].get(name) != options[1].get(name)]
         return tuple(dict.fromkeys([*files, *numbers]))
 
@@ -196,10 +197,49 @@ def _spring_interval(spring: Mapping[str, Any] | None) -> tuple[float, float] | 
     return spring["value"] - half_width, spring["value"] + half_width
 
 
-def _leaves(data: Any, path: str = "") -> Iterator[tuple[str, Any]]:
-    """Yield the numbers and texts of nested data with their paths; the name of a step is none of the path."""
+def _project_numbers(options: Mapping[str, Mapping[str, Any]]) -> dict[str, str]:
+    """Return the numbers and texts of the options of all steps by their place in project.yaml, each place once.
+
+    Several steps take one coefficient. A step whose results were changed by hand keeps its own: both values are given then.
+    """
+    values: dict[str, list[str]] = {}
+    for step, settings in options.items():
+        for path, value in _leaves(settings):
+            if path[-1] in _REPEATED_NAMES:
+                continue
+            listed = values.setdefault(".".join(_project_place(step, path, settings)), [])
+            listed += [value] if value not in listed else []
+    return {place: " and ".join(listed) for place, listed in values.items()}
+
+
+def _project_place(step: str, path: tuple[str, ...], settings: Mapping[str, Any]) -> tuple[str, ...]:
+    """Return the place in project.yaml of an option of a step; the step and the option where it comes from no single place."""
+    kind, _, name = step.partition("/")
+    head, *tail = path[1:] if path[0] == "settings" else path
+    if head == "cut" and tail:
+        cut_name = settings.get("settings", settings).get("cut_name")
+        return ("cuts", str(cut_name), *_cut_keys(tail))
+    if head == "cuts" and tail:
+        return ("cuts", tail[0], *_cut_keys(tail[1:]))
+    if kind == "tip" and head == "values":
+        return ("cuts", name, *tail)
+    if head in ("goals", "changes", "coupling", "draws", "seed"):
+        return (head, *tail)
+    if head == "goal":
+        return ("goals", name, *tail)
+    section = {"responses": "tests", "modes": "tests", "program": "programs", "contour": "goals"}.get(kind)
+    return (step, head, *tail) if section is None else (section, name, head, *tail)
+
+
+def _cut_keys(path: Sequence[str]) -> tuple[str, ...]:
+    """Return the keys of a number of a cut as project.yaml has them."""
+    return tuple("coefficient_deviation" if key == "deviation" else key for key in path if key != "values")
+
+
+def _leaves(data: Any, path: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], str]]:
+    """Yield the numbers and texts of nested data, with their paths."""
     if isinstance(data, Mapping):
         for key, value in data.items():
-            yield from _leaves(value, f"{path}.{key}" if path else str(key))
+            yield from _leaves(value, (*path, str(key)))
         return
-    yield path, "none" if data is None else f"{data:.9g}" if isinstance(data, float) else data
+    yield path, "none" if data is None else f"{data:.9g}" if isinstance(data, float) else str(data)

@@ -59,7 +59,7 @@ def lobes(run: Frame, source: Dynamics, cut: CutValues, *, speeds: Speeds = None
                                  simulate_cuts=simulate, uncertainty=parameters, progress=progress,
                                  other_cuts=True if fields else None if run.output else False)
     result = result.noted([*notes, *run.warnings])
-    run.present(pages.lobes_page, result, run.warnings, notes=result.chart.notes)
+    run.present(pages.lobes_page, result, run.warnings, notes=result.chart.notes, has_answer=False)
 
 
 @command()

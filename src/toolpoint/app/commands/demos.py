@@ -117,8 +117,8 @@ def run_video_mill(run: Frame) -> None:
 
     from toolpoint.pages.video import virtual_update_page
 
-    run.save(virtual_update_page, result, _machine_text(MILL_FILE), MILL_FILE, warnings=run.warnings)
-    run.show_text(result.table())
+    answer = run.save(virtual_update_page, result, _machine_text(MILL_FILE), MILL_FILE, warnings=run.warnings)
+    run.show_text(answer, result.table())
 
 
 def run_milling_robot(run: Frame, *, full_length: bool = False) -> None:
@@ -162,7 +162,7 @@ def run_project_demo(run: Frame) -> None:
     run.step("page")
     run.save(pages.project_page, results, warnings=run.warnings)
     run.show_text(results.table())
-    run.suggest(f"run {folder} --explain", f"tried {folder} --speed 1200 --depth 8 --chatter 67.5")
+    run.suggest(f"run {folder} --explain", f"serve {folder}")
 
 
 def _machine_text(name: str) -> str:

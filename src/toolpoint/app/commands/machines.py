@@ -50,7 +50,7 @@ def _next(machine: Any, file: str) -> list[str]:
 TwoNames = Annotated[tuple[str, str], Reading(read_two_names, "two names with a comma between them, such as KAA,MAA")]
 
 
-@command(page=False)
+@command(steps=2, page=False)
 def modes(run: Frame, machine: MachineFile, *, pose: Pose = None, count: Count = 12,
           full_mesh: Annotated[bool, Help("All elements of castings and solids too, beside the reduced bodies and their stated "
                                           "error.")] = False,
@@ -65,12 +65,14 @@ def modes(run: Frame, machine: MachineFile, *, pose: Pose = None, count: Count =
             option = "--pose" if pose else "--full-mesh"
             raise ToolpointError(f"{option}: is of machine files; {machine} is a file of matrices, with no axes, not reduced")
         matrices = io.read_matrices(machine, mass, names=names, units=units)
+        run.step("modes")
         result = studies.solve_matrix_modes(matrices, count)
         run.show(result, result.notes)
         return
     if of_matrices := list_given("names", "units"):
         raise ToolpointError(f"{of_matrices[0]}: is of files of matrices; {machine} is a machine file")
     built = io.read_machine_at(machine, pose)
+    run.step("modes")
     run.show(studies.compare_full_mesh(built, pose, count) if full_mesh else studies.solve_modes(built, pose, count))
 
 
@@ -105,7 +107,7 @@ def frequency_map(run: Frame, machine: MachineFile, axes: Axes, *, count: Count 
                    studies.map_motion(built, positions, **how) if quantity == "motion" else
                    studies.map_stiffness(built, positions, quantity, **how))
     run.warnings += result.failed()
-    run.present(pages.map_page, result, built.name, notes=getattr(result, "notes", ()))
+    run.present(pages.map_page, result, built.name, notes=getattr(result, "notes", ()), has_answer=False)
 
 
 @command(steps=3)

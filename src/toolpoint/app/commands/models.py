@@ -214,4 +214,4 @@ def sensitivity(run: Frame, machine: MachineFile, *,
         return
     run.step("sensitivities")
     result = studies.study_sensitivity(built, paths or None, min(count, built.size), pose=pose)
-    run.present(pages.sensitivity_page, result, built, change, pose=pose, warnings=run.warnings)
+    run.present(pages.sensitivity_page, result, built, change, pose=pose, warnings=run.warnings, has_answer=False)

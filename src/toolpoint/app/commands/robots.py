@@ -33,7 +33,7 @@ def robot(run: Frame, datasheet: Annotated[SourceFile, Argument()], *, pose: Pos
     sheet, description = io.read_datasheet(datasheet), io.read_robot_machine(datasheet, pose=pose)
     result = studies.study_datasheet(sheet, description, pose=pose)
     run.write("Machine file", written, io.write_machine, description)
-    run.present(pages.robot_page, result, datasheet.read_text(encoding="utf-8-sig"), datasheet.name)
+    run.present(pages.robot_page, result, datasheet.read_text(encoding="utf-8-sig"), datasheet.name, has_answer=False)
 
 
 @command(page=False)

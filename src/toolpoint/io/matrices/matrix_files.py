@@ -34,7 +34,8 @@ def read_labelled(path: str | Path) -> list[LabelledMatrix]:
         return matrix_market.read(source) if is_market else abaqus_mtx.read(source)
     reader = _BY_SUFFIX.get(source.suffix.lower())
     if reader is None:
-        raise ToolpointError(f"{path}: suffix {source.suffix!r}; must be one of {', '.join(MATRICES)}")
+        raise ToolpointError(f"{path}: suffix {source.suffix!r}; must be one of {', '.join(MATRICES)}; "
+                             "scipy.io.mmwrite writes an array as .mtx")
     return reader(source)
 
 

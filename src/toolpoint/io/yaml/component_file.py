@@ -16,7 +16,7 @@ from toolpoint.io.quantities import units
 from toolpoint.io.yaml.cutting_schema import CuttingModel, cutting_of
 from toolpoint.io.yaml.description_schema import file_schema
 from toolpoint.io.yaml.document import FILE_VERSION, Document, Key, parse, validate
-from toolpoint.io.yaml.machine_file import body_of
+from toolpoint.io.yaml.machine_parts import body_of
 from toolpoint.io.yaml.machine_schema import BodyModel, FrameModel, PointModel
 from toolpoint.io.yaml.part import Part
 from toolpoint.io.yaml.quantity_fields import Scalar, Vector

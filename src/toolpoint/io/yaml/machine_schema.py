@@ -254,6 +254,10 @@ class MachineModel(Part):
         return self
 
 
+# Models of the parts of a machine file by their section.
+SECTION_MODELS: dict[str, type[Part]] = {"bodies": BodyModel, "joints": JointModel, "axes": AxisModel, "points": PointModel}
+
+
 def json_schema() -> dict[str, Any]:
     """Return the JSON schema of machine files, for editors that check YAML while it is typed."""
     return file_schema(MachineModel, "toolpoint machine file")

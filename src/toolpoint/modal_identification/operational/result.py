@@ -66,6 +66,11 @@ class OperationalIdentification(NotebookText):
     @property
     def status(self) -> str:
         """Summary in words: the modes, the harmonics, the doubts."""
+        return "\n".join([*self.answer, *(f"- {line}" for line in (*self.doubts, *self.notes))])
+
+    @property
+    def answer(self) -> tuple[str, ...]:
+        """The modes in a sentence, and the harmonics in another where there are any."""
         modes = self.modes
         names = ", ".join(f"{f:.4g} Hz ({100 * z:.2g} %)" for f, z in zip(modes.frequency, modes.damping_ratio, strict=True))
         lines = [f"{modes.count} mode{'s' * (modes.count != 1)}: {names}." if modes.count else "No mode was found."]
@@ -73,7 +78,7 @@ class OperationalIdentification(NotebookText):
         if removed:
             lines.append(f"{len(removed)} harmonic{'s' * (len(removed) != 1)} of rotating parts (no modes): "
                          + ", ".join(f"{h.frequency:.4g} Hz" for h in removed) + ".")
-        return "\n".join([*lines, *(f"- {line}" for line in (*self.doubts, *self.notes))])
+        return tuple(lines)
 
     def table(self) -> str:
         """Return the modes with 95 % intervals, phase collinearity, share of the power and the second method, as text."""

@@ -32,7 +32,7 @@ def do_work(step: ProjectStep, root: Path, draft: Path) -> WorkResult:
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", ToolpointWarning)
         outcome, error, kept = _attempt(step, root, draft)
-    doubts = tuple(dict.fromkeys([*outcome.doubts, *_doubts_of(caught)]))
+    doubts = tuple(dict.fromkeys([*outcome.doubts, *_doubts_of(caught, outcome.doubts)]))
     unwritten = [name for name in step.outputs if not (draft / name).is_file()]
     if not error and unwritten:
         error = f"its work did not write {', '.join(unwritten)}"
@@ -58,12 +58,20 @@ def _attempt(step: ProjectStep, root: Path, draft: Path) -> tuple[StepOutcome, s
         return StepOutcome(), f"{type(error).__name__}: {error}; this is a fault of toolpoint, please report it", True
 
 
-def _doubts_of(caught: Sequence[Any]) -> list[Doubt]:
-    """Return the warnings of the package as doubts; what came with a file stays the doubt that it was."""
+def _doubts_of(caught: Sequence[Any], stated: Sequence[Doubt]) -> list[Doubt]:
+    """Return the warnings of the package as doubts; what came with a file stays the doubt that it was.
+
+    stated : doubts of the outcome; a warning that is their summary (`status_of`) says nothing more.
+    """
     doubts = []
     for warning in caught:
         if issubclass(warning.category, FileDoubt):
             doubts.append(warning.message.args[0])
-        elif issubclass(warning.category, ToolpointWarning):
+        elif issubclass(warning.category, ToolpointWarning) and not _is_summary(str(warning.message), stated):
             doubts.append(Doubt.parsed(str(warning.message)))
     return doubts
+
+
+def _is_summary(text: str, stated: Sequence[Doubt]) -> bool:
+    """Whether a warning is a status that repeats doubts: "doubtful", and some of them word by word."""
+    return text.startswith("doubtful") and any(doubt in text for doubt in stated)

@@ -38,7 +38,7 @@ def weigh_tried(folder: Path, tried: Path, *, cuts: Mapping[str, Any], has_poses
         "weights": result.weights, "effective_draws": result.effective,
         "cuts": [{"speed_rpm": cut.speed, "depth_m": cut.depth, "stable": cut.stable, "frequency_hz": cut.frequency,
                   "share_of_draws": share} for cut, share in zip(cuts_made, result.likelihoods, strict=True)]})
-    words = f"{len(cuts_made)} tried cuts; the draws count as {result.effective:.0f} of {draws}"
+    words = f"{len(cuts_made)} tried cut{'s' * (len(cuts_made) != 1)}; the draws count as {result.effective:.0f} of {draws}"
     placeless = [cut for cut in cuts_made if not cut.pose] if has_poses and machine is not None else []
     doubts = [Doubt("tried cuts", f"{len(placeless)} of {len(cuts_made)} without a pose, taken at the reference pose of the "
                     "machine", "write the pose beside them in tried.yaml")] if placeless else []

@@ -17,6 +17,8 @@ from toolpoint.studies.measured.hammer_study import HammerStudy
 from toolpoint.studies.measured.shaker_study import ShakerStudy
 from toolpoint.studies.testing.tap_study import Light
 
+MAX_SHOWN_FREQUENCIES = 12  # modes that the words of a step name
+
 
 def make_responses(folder: Path, test: Path | None = None, records: Sequence[Path] = (), *, channels: Sequence[str] = (),
                    struck: str | None = None, pattern: str | None = None) -> StepOutcome:
@@ -57,10 +59,12 @@ def find_modes(folder: Path, responses: Path, choice: Path | None = None, *, ban
     write_json(folder / "modes.json", {
         "status": result.status, "frequency_hz": result.modes.frequency, "damping_ratio": result.modes.damping_ratio,
         "doubtful": result.doubtful, "advice": list(result.advice), "band_hz": chosen})
-    frequencies = ", ".join(f"{frequency:.4g}" for frequency in result.modes.frequency[:12])
+    frequencies = ", ".join(f"{frequency:.4g}" for frequency in result.modes.frequency[:MAX_SHOWN_FREQUENCIES])
+    hidden = result.modes.count - MAX_SHOWN_FREQUENCIES
     by_hand = [] if result.choice is None or result.choice.is_empty else [
         Doubt("modes", result.choice.remark, "toolpoint identify without --choice finds them anew")]
-    return StepOutcome(f"{result.modes.count} modes: {frequencies} Hz", (*result.doubts, *by_hand))
+    return StepOutcome(f"{result.modes.count} modes: {frequencies} Hz" + (f" and {hidden} more" if hidden > 0 else ""),
+                       (*result.doubts, *by_hand))
 
 
 def identify_responses(responses: Path, choice: Path | None = None, *, band: Sequence[float] | None = None,

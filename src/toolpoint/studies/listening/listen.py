@@ -103,6 +103,9 @@ def listen(record: Record, teeth: int, speed: float | None = None, *, channel: i
         return ListenedCut(verdict, probability, reason, forced or VibrationKind("", ""), None, None, None, (), evidence,
                            tuple(doubts), (*notes, *_notes(evidence, speed)))
     line = name_frequency(evidence, _frequencies(modes))
+    if line is not None and verdict == CHATTER:
+        doubts += line.doubts
+        notes += [line.note] if line.note and line.others else []
     course, onset = _follow(evidence, line)
     speeds: tuple[SpeedToTry, ...] = ()
     if line is not None and verdict == CHATTER:

@@ -87,7 +87,7 @@ class ListenedCut(NotebookText):
         if self.verdict == CANNOT_TELL:
             return (f"Cannot tell whether the cut chatters {speed} (probability of chatter {self.probability_words}): "
                     f"{self.reason}.")
-        place = "" if self.line is None else f" at {self.line.frequency:.1f} ± {self.line.half_width:.1f} Hz"
+        place = "" if self.line is None else f" at {with_uncertainty(self.line.frequency, self.line.half_width, 'Hz')}"
         onset = "from the start of the cut" if self.onset_time is None else f"from {self.onset_time:.2f} s on"
         return (f"Chatter{place} {speed} (probability {self.probability_words}), {self.kind.name}, {onset}"
                 f"{self._speed_words()}.")
@@ -110,7 +110,8 @@ class ListenedCut(NotebookText):
         """Return rows (quantity, value)."""
         e, rows = self.evidence, [("verdict", self.verdict), ("probability of chatter", self.probability_words)]
         if self.line is not None:
-            rows.append(("chatter frequency", f"{self.line.frequency:.2f} ± {self.line.half_width:.2f} Hz (95 %)"))
+            rows.append(("chatter frequency",
+                         f"{with_uncertainty(self.line.frequency, self.line.half_width, 'Hz')} (95 %)"))
             if self.line.others:
                 rows.append(("its side bands", ", ".join(f"{f:.0f}" for f in self.line.others) + " Hz"))
             if not np.isnan(self.line.mode):

@@ -69,7 +69,8 @@ class PoseMap(NotebookText):
     def table(self) -> str:
         """Return how far every mode moves over the grid, and where the ends lie, as text."""
         rows = [[str(i + 1), f"{s:.4f}"] for i, s in enumerate(self.spread())]
-        return "\n".join([text_table(repr(self), ["mode", "spread Hz"], rows), *self.extremes(), *branch_lines(self.branches),
+        title = f"Natural frequencies over {self.grid}, {len(self.failures)} poses failed"
+        return "\n".join([text_table(title, ["mode", "spread Hz"], rows), *self.extremes(), *branch_lines(self.branches),
                           *self.uncertain(), *mark_notes(self.reduction)])
 
     def to_dict(self) -> dict[str, Any]:

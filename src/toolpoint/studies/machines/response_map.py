@@ -70,7 +70,8 @@ class ResponseMap(NotebookText):
                 place = np.unravel_index(int(np.nanargmax(size)), size.shape)
                 rows.append([name, f"{_MICRONS_PER_METRE * size[place]:.4g}", f"{self.frequency[place[-1]]:.5g}",
                              self.grid.words([int(i) for i in place[:-1]])])
-        return "\n".join([text_table(repr(self), ["direction", "greatest µm/N", "at Hz", "at"], rows), *self.extremes()])
+        title = f"Responses over {self.grid}, {len(self.failures)} poses failed"
+        return "\n".join([text_table(title, ["direction", "greatest µm/N", "at Hz", "at"], rows), *self.extremes()])
 
     def to_dict(self) -> dict[str, Any]:
         """Return the map as plain numbers and text, None where a pose failed; positions in m or rad, m/N."""

@@ -65,7 +65,8 @@ class StiffnessMap(NotebookText):
         flat = self.stiffness.reshape(-1, len(NAMES)) / _NEWTON_PER_MICRON
         rows = [[name, f"{np.nanmin(column):.4g}", f"{np.nanmax(column):.4g}"]
                 for name, column in zip(NAMES, flat.T, strict=True) if not np.isnan(column).all()]
-        return "\n".join([text_table(repr(self), ["direction", "least N/µm", "greatest N/µm"], rows), *self.extremes()])
+        return "\n".join([text_table(f"{self.kind.capitalize()} stiffness over {self.grid}, {len(self.failures)} poses failed",
+                                     ["direction", "least N/µm", "greatest N/µm"], rows), *self.extremes()])
 
     def to_dict(self) -> dict[str, Any]:
         """Return the map as plain numbers and text, None where a pose failed; positions in m or rad, N/m."""

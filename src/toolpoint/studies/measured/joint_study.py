@@ -54,6 +54,10 @@ class JointStudy(NotebookText):
         """Doubts about the result, each once: of the channels, the joints, the whole, the machine that was run."""
         lines = [doubt.within(f"{joint.parent} - {joint.child}") for joint in self.joints.joints for doubt in joint.doubts]
         checked = self.checked.doubts if self.checked else ()
+        fitted_machine = self.joints.machine
+        if self.checked is not None and fitted_machine is not None and set(self.checked.single) <= set(fitted_machine.lonely):
+            # The fit has said of the same modes that it left them out.
+            checked = tuple(doubt for doubt in checked if doubt not in self.checked.partnerless)
         return tuple(dict.fromkeys([*self.channel_doubts, *self.joints.doubts, *self.law_doubts, *lines, *checked]))
 
     def steps(self) -> tuple[BisectorSteps, ...]:

@@ -79,18 +79,32 @@ class MachineCheck:
         for j, i in enumerate(self.partner):
             if i < 0:
                 continue
-            frequency_difference = self.frequency[j] / self.measured.frequency[i] - 1
-            damping_difference = abs(self.ratio[j] / max(self.measured.damping_ratio[i], 1e-6) - 1)
-            if (abs(frequency_difference) > _MAX_FREQUENCY_DIFFERENCE or damping_difference > _MAX_DAMPING_DIFFERENCE
-                or self.mac[j] + self.noise[i] < _MIN_MODE_MAC):
+            if words := self._difference_words(j, i):
                 lines.append(Doubt(f"mode of the machine at {self.frequency[j]:.4g} Hz",
-                                   f"is {100 * frequency_difference:+.2g} % off the "
-                                   f"measured one, its damping {100 * damping_difference:.2g} %, MAC {self.mac[j]:.3f}",
-                                   figure=abs(frequency_difference)))
-        if self.single:
-            lines.append(Doubt("measured without a partner among the machine's modes", ", ".join(
-                f"{self.measured.frequency[i]:.4g} Hz" for i in self.single)))
-        return (*lines, *self.missed)
+                                   f"is not the measured one: {words}",
+                                   "check the components, their masses, and the sensors of this mode",
+                                   figure=abs(self.frequency[j] / self.measured.frequency[i] - 1)))
+        return (*lines, *self.partnerless, *self.missed)
+
+    def _difference_words(self, mode: int, partner: int) -> str:
+        """Return what of a mode differs from its measured partner by more than it may: shape, frequency, damping."""
+        frequency_difference = self.frequency[mode] / self.measured.frequency[partner] - 1
+        damping_difference = self.ratio[mode] / max(self.measured.damping_ratio[partner], 1e-6) - 1
+        words = {f"its shape has a MAC of {self.mac[mode]:.3f} only":
+                 self.mac[mode] + self.noise[partner] < _MIN_MODE_MAC,
+                 f"its frequency is {100 * frequency_difference:+.2g} % off":
+                 abs(frequency_difference) > _MAX_FREQUENCY_DIFFERENCE,
+                 f"its damping is {100 * damping_difference:+.2g} % off": abs(damping_difference) > _MAX_DAMPING_DIFFERENCE}
+        return ", ".join(text for text, is_beyond in words.items() if is_beyond)
+
+    @property
+    def partnerless(self) -> tuple[Doubt, ...]:
+        """The doubt about measured modes without a partner, where there are any."""
+        if not self.single:
+            return ()
+        frequencies = ", ".join(f"{self.measured.frequency[i]:.4g}" for i in self.single)
+        return (Doubt(f"measured modes at {frequencies} Hz", "are without a partner among the machine's modes",
+                      "check them, the components and the chain"),)
 
     @property
     def status(self) -> str:

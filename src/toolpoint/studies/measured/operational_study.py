@@ -44,13 +44,17 @@ class OperationalStudy(NotebookText):
     @property
     def status(self) -> str:
         """Summary in words."""
-        return self.identification.status + (f"\n- scale by {self.scale}: unit modal mass" if self.scale else f"\n- {NO_SCALE}")
+        return f"{self.identification.status}\n- {self._scale_words}"
 
     def table(self) -> str:
-        """Return modes and harmonics as text, doubts first."""
-        body = self.identification.table().split("\n")
-        body = body[len(mark_notes(self.identification.doubts)):]
-        return "\n".join([*mark_notes(self.doubts), *body])
+        """Return modes and harmonics as text, doubts first, then the answer in words and the scale."""
+        result = self.identification
+        body = result.table().split("\n")[len(mark_notes(result.doubts)):]
+        return "\n".join([*mark_notes(self.doubts), *result.answer, self._scale_words, *body])
+
+    @property
+    def _scale_words(self) -> str:
+        return f"scale by {self.scale}: unit modal mass" if self.scale else NO_SCALE
 
     def to_dict(self) -> dict[str, Any]:
         """Return modes, harmonics, scale and doubts as plain data."""

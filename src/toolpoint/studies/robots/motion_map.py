@@ -94,7 +94,8 @@ class MotionMap(NotebookText):
             part = self.shown[..., k]
             if not np.isnan(part).all():
                 rows.append([column.name, f"{np.nanmin(part):.6g}", f"{np.nanmax(part):.6g}", column.unit])
-        return "\n".join([text_table(repr(self), ["quantity", "least", "greatest", "unit"], rows), *self.extremes()])
+        title = f"Motion over {self.grid}, {len(self.failures)} poses failed"
+        return "\n".join([text_table(title, ["quantity", "least", "greatest", "unit"], rows), *self.extremes()])
 
     def to_dict(self) -> dict[str, Any]:
         """Return the map as plain numbers and text, SI, None where a pose failed."""

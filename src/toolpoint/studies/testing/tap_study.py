@@ -199,7 +199,8 @@ def _tip_of(directions: list[TappedDirection]) -> TappedTip:
     parts = [take_modes(d.modes, d.tip, str(d.tip.outputs[0])) for d in directions]
     notes = [f"along {d.name}: the modes of {d.tip.outputs[0]}, {d.tip.quantity}, {d.band.low:.4g} .. {d.band.high:.4g} Hz"
              for d in directions]
-    notes += [note for d in directions for note in gain_notes(d.tip.between(*d.band.ends))]
+    # Both tests may name their own direction x: the direction of the cut tells them apart.
+    notes += [f"along {d.name}: {note}" for d in directions for note in gain_notes(d.tip.between(*d.band.ends))]
     return join_directions(parts[0], parts[1] if len(parts) > 1 else None, tuple(notes))
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -36,13 +36,17 @@ FILMED_TRUTH: Mapping[str, float] = {
 
 @dataclass(frozen=True, eq=False)
 class VirtualUpdate(NotebookText):
-    """The videos, the update, and responses at the struck point: of the truth, before and after, with FRAC of each plane."""
+    """The videos, the update, and responses at the struck point: of the truth, before and after, with FRAC of each plane.
+
+    true_values : of the filmed machine, by path, SI.
+    """
 
     videos: tuple[VideoStudy, ...]
     update: VideoUpdate
     truth: tuple[Frf, ...]
     before_update: tuple[Frf, ...]
     after_update: tuple[Frf, ...]
+    true_values: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def frac(self) -> FloatArray:
@@ -53,8 +57,10 @@ class VirtualUpdate(NotebookText):
     def table(self) -> str:
         """Return modes, ranking, fitted values and FRAC as text."""
         rows = [[str(truth.outputs[0]), f"{b:.4f}", f"{a:.5f}"] for truth, (b, a) in zip(self.truth, self.frac, strict=True)]
+        # Only a virtual mill has a truth to stand beside the fitted values.
+        values = [[*row, f"{self.true_values[row[0]]:.5g}" if row[0] in self.true_values else ""] for row in self.update.rows()]
         return "\n".join([*(video.table() for video in self.videos), self.update.ranking.table(),
-                          text_table("Updated to the videos", VALUES_HEADER, self.update.rows()),
+                          text_table("Updated to the videos", (*VALUES_HEADER, "filmed machine"), values),
                           text_table("Responses against the truth", ("point", "FRAC before", "FRAC after"), rows)])
 
     def to_dict(self) -> dict[str, Any]:
@@ -109,4 +115,5 @@ def update_from_virtual_videos(
     lines = np.linspace(*FILMED_BAND, FRAC_LINES)
     responses = [[frequency_response.direct(assemble(model, None, (Dof(point, "+" + plane[0]),)), lines) for plane in planes]
                  for model in (filmed, machine, update.machine)]
-    return VirtualUpdate(tuple(videos), update, *(tuple(part) for part in responses))
+    true_responses, before_update, after_update = (tuple(part) for part in responses)
+    return VirtualUpdate(tuple(videos), update, true_responses, before_update, after_update, dict(truth))

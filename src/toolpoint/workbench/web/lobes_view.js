@@ -8,7 +8,7 @@ window.Workbench = window.Workbench || { views: {} };
     const names = { tangential: "K_t", normal: "K_n", immersion: W.word("immersion"), diameter: W.word("diameter"), teeth: W.word("teeth") };
     const show = (v) => `${W.number(v / slider.scale, 4)} ${slider.unit}`.trim();
     return W.plainSlider({ id: "cut-" + slider.key, label: names[slider.key] || slider.key, low: slider.lower, high: slider.upper, step: slider.step,
-      value: state.cut_values[slider.key] ?? slider.value, show, read: (text) => Number.parseFloat(text) * slider.scale, onmove: (v) => { state.cut_values[slider.key] = v; send(); } });
+      value: state.cut_values[slider.key] ?? slider.value, show, unit: slider.unit, scale: slider.scale, onmove: (v) => { state.cut_values[slider.key] = v; send(); } });
   }
 
   // Another stick-out is another tip: the coupled tool takes the place of the machine or the struck tip until it is put back.
@@ -16,25 +16,37 @@ window.Workbench = window.Workbench || { views: {} };
     if (entry.reason || W.isExport) return entry.reason ? [W.make("p", { class: "key", id: "stick-out-reason", text: entry.reason })] : [];
     const label = W.word("stick.out", { segment: entry.segment });
     const slider = W.plainSlider({ id: "stick-out", label, low: entry.lower, high: entry.upper, value: state.stick_out ?? entry.value,
-      show: (v) => `${W.number(1e3 * v, 4)} mm`, read: (text) => Number.parseFloat(text) / 1e3, onmove: (v) => { state.stick_out = v; back.disabled = false; send(); } });
+      show: (v) => `${W.number(1e3 * v, 4)} mm`, unit: "mm", scale: 1e-3, onmove: (v) => { state.stick_out = v; back.disabled = false; send(); } });
     const back = W.make("button", { type: "button", id: "stick-out-back", disabled: state.stick_out === undefined, text: W.word("stick.out.back"),
       onclick: () => { delete state.stick_out; slider.put(entry.value); back.disabled = true; send(); } });
     return [slider, W.make("p", { class: "wb-run" }, back, W.make("span", { class: "key", text: W.word("stick.out.key") }))];
   }
 
+  // A number that is followed by nothing, or by one of the units. "0,5" is no number here: parseFloat would take it as 0, and 2 cm as 2.
+  W.readNumber = function (text, units) {
+    const match = /^\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?)\s*(.*?)\s*$/i.exec(text);
+    return match && ["", ...units].includes(match[2]) ? Number(match[1]) : Number.NaN;
+  };
+
   // A slider with a field for a number; the unit beside it is fixed.
-  W.plainSlider = function ({ id, label, low, high, step, value, show, read, onmove }) {
+  W.plainSlider = function ({ id, label, low, high, step, value, show, unit, scale, onmove }) {
+    const units = unit === W.word("speed") ? [unit, "rpm", "rev/min", "1/min"] : [unit], said = W.make("p", { class: "wb-fault", role: "alert", hidden: true });
     const slider = W.make("input", { type: "range", id, min: low, max: high, step: step || (high - low) / 500, value, "aria-label": label });
     const field = W.make("input", { type: "text", class: "wb-value", value: show(value), "aria-label": `${label}, ${W.word("with.unit")}` });
     slider.addEventListener("input", () => { field.value = show(Number(slider.value)); onmove(Number(slider.value)); });
     field.addEventListener("change", () => {
-      const v = read(field.value);
-      if (!Number.isFinite(v)) { field.value = show(Number(slider.value)); return; }
+      const v = scale * W.readNumber(field.value, units);
+      said.hidden = Number.isFinite(v);
+      if (!Number.isFinite(v)) {
+        said.textContent = W.word(unit ? "number.refused" : "number.refused.plain", { text: field.value, unit });
+        field.value = show(Number(slider.value));
+        return;
+      }
       const taken = step ? Math.min(Math.max(Math.round(v / step) * step, low), high) : v; // whole numbers alone
       slider.value = taken; field.value = show(taken); onmove(taken);
     });
-    const row = W.make("div", { class: "wb-slider" }, W.make("label", { for: id, text: label }), slider, field);
-    row.put = (v) => { slider.value = v; field.value = show(v); };
+    const row = W.make("div", { class: "wb-slider" }, W.make("label", { for: id, text: label }), slider, field, said);
+    row.put = (v) => { slider.value = v; field.value = show(v); said.hidden = true; };
     return row;
   };
 
@@ -116,11 +128,10 @@ window.Workbench = window.Workbench || { views: {} };
         const stamp = JSON.stringify([cut, data.stick_out]), old = stood[cut.name];
         state = old && old.stamp === stamp ? old.state : { cut: cut.name, speed: kept.cut === cut.name && kept.speed ? kept.speed : cut.speed_rpm, cut_values: cut.depth_m ? { depth: cut.depth_m } : {}, values: {}, pose: {} };
         stood[cut.name] = { stamp, state };
-        const number = (text) => Number.parseFloat(text);
         speed = W.plainSlider({ id: "lobes-speed", label: W.word("spindle"), low: cut.speeds[0], high: cut.speeds[1], value: state.speed,
-          show: (v) => `${Math.round(v)} ${W.word("speed")}`, read: number, onmove: (v) => { state.speed = v; send(); } });
+          show: (v) => `${Math.round(v)} ${W.word("speed")}`, unit: W.word("speed"), scale: 1, onmove: (v) => { state.speed = v; send(); } });
         depth = W.plainSlider({ id: "lobes-depth", label: W.word("my.depth"), low: 1e-4, high: Math.max(0.02, 3 * (cut.depth_m || 0.005)), value: state.cut_values.depth || cut.depth_m || 0.003,
-          show: (v) => `${W.number(1e3 * v, 3)} mm`, read: (text) => number(text) / 1e3, onmove: (v) => { state.cut_values.depth = v; send(); } });
+          show: (v) => `${W.number(1e3 * v, 3)} mm`, unit: "mm", scale: 1e-3, onmove: (v) => { state.cut_values.depth = v; send(); } });
         sliders.replaceChildren(speed, depth, ...cut.sliders.map((slider) => cutSlider(slider, state, send)), ...stickOut(data.stick_out, state, send));
         const goals = Object.entries(data.goals).filter(([, goal]) => goal.cut === cut.name);
         marks.goals = goals.filter(([, goal]) => goal.kept && !goal.is_old && !Object.keys(goal.pose).length).map(([name, goal]) => ({ x: goal.speed_rpm, y: 1e3 * goal.depth_m, kind: "goal", name: `${W.word("goal")} ${name}` }));
