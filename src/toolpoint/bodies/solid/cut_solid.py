@@ -55,7 +55,9 @@ class CutSolid:
         if model.element_count > MAX_CUT_ELEMENTS:
             fail("part", f"{model.element_count} elements", f"must be {MAX_CUT_ELEMENTS} at most: every stage is solved anew",
                  remedy="a larger mesh size; one element may be as thick as the wall")
-        spread = np.linalg.svd(model.nodes[held] - model.nodes[held].mean(axis=0), compute_uv=False) if len(held) > 2 else np.zeros(1)
+        spread = np.zeros(1)
+        if len(held) > 2:
+            spread = np.linalg.svd(model.nodes[held] - model.nodes[held].mean(axis=0), compute_uv=False)
         if len(spread) < 2 or spread[1] < _MIN_BREADTH_RATIO * max(spread[0], 1e-12):
             fail("held", f"{len(held)} nodes", "must be three at least, not in one line", remedy="name a face that is clamped")
         self.model, self.held, self.sweep = model, np.unique(held), sweep
