@@ -87,6 +87,7 @@ class FreshPlate:
         return modes(self.stiffness, self.mass, count, is_counted=False).frequency[:count]
 
 
+@pytest.mark.slow
 def test_the_response_of_the_last_stage_is_that_of_a_fresh_mesh(study):
     """At a place of the finishing pass: all directions, from the static response to beyond the first mode."""
     assert study.work is not None and study.arcs is not None
@@ -105,6 +106,7 @@ def test_the_response_of_the_last_stage_is_that_of_a_fresh_mesh(study):
         assert min(gaps) < 0.06  # one place stands for those within 5 % of amplitude, the cut of 0.05 mm for 5 % of compliance
 
 
+@pytest.mark.slow
 def test_stages_follow_the_frequencies(study):
     """No more than the stated change between neighbours; the last is the plate that is left; volume as the stock's."""
     course = study.work.stages
@@ -160,6 +162,7 @@ def test_a_measured_line_along_y_stays_along_y():
     assert not placed.response.values[:, 0].any()
 
 
+@pytest.mark.slow
 def test_what_a_part_cannot_carry_is_doubted_first():
     """One element across, a stock that is not the part, damping of the material alone."""
     part = studies.ClampedPart(plate(5 * MM, 6 * MM, replace(ALUMINIUM, loss_factor=0.01)), (FOOT,), stage_change=0.3,
@@ -205,5 +208,6 @@ def test_a_part_is_read_from_a_machine_file_and_refused_by_name(tmp_path: Path):
     program = parse(PROGRAM.format(speed=9000), start=(0, 0, 0.1))
     with pytest.raises(ToolpointError, match="without the dynamics of the tool"):
         studies.run_program(program, setup, work=part)
-    with pytest.raises(ToolpointError, match="tilted planes"):
-        studies.refuse_turned_work(part, is_tilted=True, is_five_axis=False)
+    for run_turned, words in ((studies.run_stages, "tilted planes"), (studies.run_five_axes, "five axes")):
+        with pytest.raises(ToolpointError, match=f"a program of {words}"):
+            run_turned(program, setup, tip(), work=part)

@@ -11,11 +11,11 @@ from toolpoint._doubt import Doubt
 from toolpoint.material_removal import RemovedMaterial
 from toolpoint.studies.machining.thin_walls.clamped_part import ClampedPart
 from toolpoint.studies.machining.thin_walls.part_responses import GROUP_STEP, MIN_MODE_SHARE
-from toolpoint.studies.machining.thin_walls.part_stages import MODE_COUNT, StageCourse
+from toolpoint.studies.machining.thin_walls.part_stages import STAGE_MODE_COUNT, StageCourse
 from toolpoint.studies.machining.thin_walls.wall_contacts import WallThickness
 
 MAX_VOLUME_DIFFERENCE = 0.02  # of the removed volume, between the stock and the part
-MAX_MESH_ERROR = 0.02  # of a frequency
+MAX_STAGE_MESH_ERROR = 0.02  # of a frequency
 MIN_ELEMENTS_ACROSS = 1.5  # of a wall: fewer are one
 MAX_SPREAD = 1.2  # mean square over squared mean of the motion along the cut's height
 MAX_DISTANCE = 1e-3  # m, of a contact from the part
@@ -43,8 +43,8 @@ def question_course(part: ClampedPart, course: StageCourse, *, removed: RemovedM
         f"{100 * ratio.min():.2g} % of the last stage's modes, by the loss factors of the material alone"
     notes = [f"The work's own response: {part.name}, {course.cut.model.element_count} elements, {len(course.stages)} "
              f"stages, the lowest frequencies within {100 * course.change.max(initial=0.0):.1f} % from one to the next (the "
-             f"nearer stage counts); {MODE_COUNT} modes of each, up to {course.stages[-1].frequency[-1]:.0f} Hz at the end, "
-             f"where their peak is above {100 * MIN_MODE_SHARE:.0f} % of the largest at a place, and what answers "
+             f"nearer stage counts); {STAGE_MODE_COUNT} modes of each, up to {course.stages[-1].frequency[-1]:.0f} Hz at the "
+             f"end, where their peak is above {100 * MIN_MODE_SHARE:.0f} % of the largest at a place, and what answers "
              f"at once; damping {damping}; {1e9 * last.volume:.5g} mm^3 left.",
              "Held faces of the work do not move, and the tool and the work stand on structures that do not move each other; "
              f"places whose amplitudes differ by less than {100 * GROUP_STEP:.0f} % of the largest share the response of the "
@@ -61,18 +61,19 @@ def question_course(part: ClampedPart, course: StageCourse, *, removed: RemovedM
 def _place(course: StageCourse, removed: RemovedMaterial, distance: FloatArray, line: IndexArray) -> list[Doubt]:
     """Doubt a part that is not the stock, and cuts beside it."""
     doubts = list[Doubt]()
-    first, last = (course.stages[k].state for k in (0, -1))
-    taken = first.volume - last.volume - last.loose_volume + first.loose_volume
+    states = [course.stages[k].state for k in (0, -1)]
+    taken = -float(np.diff([state.volume + state.loose_volume for state in states])[0])
     difference = abs(taken / removed.total_volume - 1) if removed.total_volume > 0 else 0.0
     if difference > MAX_VOLUME_DIFFERENCE:
         doubts.append(Doubt("part and stock", f"the program takes {1e9 * removed.total_volume:.5g} mm^3 from the stock and "
                             f"{1e9 * taken:.5g} mm^3 from the part by finite elements", "give both the same shape, in the same "
                             "coordinates", figure=difference, grave=difference > 0.2))
-    away = distance > MAX_DISTANCE
-    if away.any():
-        doubts.append(Doubt("place of the cut", f"{int(away.sum())} of {away.size} places cut up to {1e3 * distance.max():.2g} "
-                            f"mm beside the part, the first in line {int(line[away].min())}: the response of its nearest place "
-                            "is taken", "give part and stock the same shape", figure=float(away.mean())))
+    is_beside = distance > MAX_DISTANCE
+    if is_beside.any():
+        first = int(line[is_beside].min())
+        doubts.append(Doubt("place of the cut", f"{int(is_beside.sum())} of {is_beside.size} places cut up to "
+                            f"{1e3 * distance.max():.2g} mm beside the part, the first in line {first}: the response of its "
+                            "nearest place is taken", "give part and stock the same shape", figure=float(is_beside.mean())))
     return doubts
 
 
@@ -83,10 +84,10 @@ def _mesh(walls: Sequence[WallThickness], error: float | None) -> list[Doubt]:
     thickness = np.concatenate([part.thickness[np.isfinite(part.thickness)] for part in walls])
     if elements.size and elements.min() < MIN_ELEMENTS_ACROSS:
         k = int(elements.argmin())
-        known = "" if error is None else f"; by a coarser mesh its frequencies err by about {100 * max(error, 1e-5):.2g} %"
+        estimate = "" if error is None else f"; by a coarser mesh its frequencies err by about {100 * max(error, 1e-5):.2g} %"
         doubts.append(Doubt("mesh of the work", f"a wall of {1e3 * thickness[k]:.2g} mm is {elements[k]:.2g} elements thick"
-                            + known, "a finer mesh shows what that changes", figure=float(elements[k])))
-    if error is not None and error > MAX_MESH_ERROR:
+                            + estimate, "a finer mesh shows what that changes", figure=float(elements[k])))
+    if error is not None and error > MAX_STAGE_MESH_ERROR:
         doubts.append(Doubt("mesh of the work", f"frequencies of the last stage err by about {100 * error:.2g} %, its "
                             f"compliance by {200 * error:.2g} %", "a finer mesh", figure=error))
     return doubts

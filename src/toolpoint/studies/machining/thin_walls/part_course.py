@@ -42,7 +42,7 @@ def follow_part(work: ClampedPart, arcs: PlaceArcs, *, removed: RemovedMaterial,
         if not members.size:
             walls.append(WallThickness(np.zeros(0), np.zeros(0)))
             continue
-        responses = respond(stage, cut, contacts, members, damping=damping)
+        responses = respond(stage, contacts, members, cut=cut, damping=damping)
         group[members] = len(dynamics) + responses.group
         words = f"{work.name} at line {lines[k]}"
         dynamics += [dynamics_of(modes, words) for modes in responses.modes]
