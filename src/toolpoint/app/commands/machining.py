@@ -85,7 +85,7 @@ class YieldingWork:
                                             needs="--held")] = None
     held: Annotated[tuple[str, ...], Help("Interface of that body whose face is clamped; several times.", metavar="NAME",
                                           needs="--work")] = ()
-    work_damping: Annotated[float, Help("Damping ratio of the clamped part; that of its material where left out.", above=0,
+    work_damping: Annotated[float, Help("Damping ratio of the clamped part; that of its material where left out.", minimum=0,
                                         maximum=0.5, needs="--work")] = 0.0
     stage_change: Annotated[float | None, Help("Change of a frequency at which the part is solved anew, %; 5 where left out.",
                                                scale=0.01, minimum=0.2, maximum=50, needs="--work")] = None

@@ -22,7 +22,7 @@ from toolpoint.bodies.solid.cut_lines import (
 from toolpoint.bodies.solid.element_kinds import ElementKind
 from toolpoint.bodies.solid.material import Material
 
-_PROBED_ELEMENTS = 1000  # probed at once: half a million places
+_PROBED_ELEMENTS = 400  # probed at once: over a million places
 _INTEGRATED_ELEMENTS = 48  # cut elements integrated at once: 50 MB of gradients
 MIN_FILL = 1e-5  # of an element's volume: with less left it is gone
 _VOID_STIFFNESS_RATIO = 1e-7  # of the whole element, that a cut one keeps: nodes out of the material stay where they are
@@ -61,7 +61,7 @@ class CutElements:
             self.time[part], axis[part] = self._probe(part)
         self.mixed = np.flatnonzero(self.time == MIXED_TIME)
         self.axis = axis[self.mixed]
-        self.line_times = np.concatenate([np.zeros((0, LINE_COUNT, LINE_NODES), np.int64), *(
+        self.line_times = np.concatenate([np.zeros((0, LINE_COUNT, LINE_NODES), np.int32), *(
             self._times_on_lines(self.mixed[start:start + _PROBED_ELEMENTS], self.axis[start:start + _PROBED_ELEMENTS])
             for start in range(0, self.mixed.size, _PROBED_ELEMENTS))])
         self._kept: dict[tuple[int, bytes], tuple[FloatArray, FloatArray, float]] = {}
@@ -90,7 +90,7 @@ class CutElements:
 
     def _times_on_lines(self, part: IndexArray, axis: IndexArray) -> IndexArray:
         """Return the times of the places on the lines of elements, (e, LINE_COUNT, LINE_NODES)."""
-        times = np.empty((part.size, LINE_COUNT, LINE_NODES), np.int64)
+        times = np.empty((part.size, LINE_COUNT, LINE_NODES), np.int32)
         line, along = np.divmod(np.arange(LINE_COUNT * LINE_NODES), LINE_NODES)
         for k in range(3):
             rows = np.flatnonzero(axis == k)

@@ -14,7 +14,7 @@ import numpy as np
 from toolpoint._check import FloatArray, IndexArray
 from toolpoint.bodies.solid.element_kinds import ElementKind
 
-LINE_NODES = 33  # places along a line, both ends among them
+LINE_NODES = 97  # places along a line, both ends among them: of two cuts nearer than 1/96 of the element the first one counts
 _END_INSET = 1e-6  # of the half element: the first and the last place lie so far inside
 _CROSS_CELLS = 3  # parts of an element across the lines, with two points of Gauss each
 _CUT_BISECTIONS = 14  # of the distance of two places along a line: the cut is placed within 1e-4 of it
