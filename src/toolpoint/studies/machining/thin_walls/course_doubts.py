@@ -28,7 +28,7 @@ def question_course(part: ClampedPart, course: StageCourse, *, removed: RemovedM
 
     distance (m), spread, line : (m,) of the places that cut; error : of the mesh, relative.
     """
-    doubts = [*_place(course, removed, distance, line), *_mesh(walls, error), *_height(spread, line)]
+    doubts = [*part.doubts, *_place(course, removed, distance, line), *_mesh(walls, error), *_height(spread, line)]
     last = course.stages[-1].state
     loose = max(stage.state.loose_volume for stage in course.stages)
     if loose > 0:
@@ -49,7 +49,7 @@ def question_course(part: ClampedPart, course: StageCourse, *, removed: RemovedM
              "Held faces of the work do not move, and the tool and the work stand on structures that do not move each other; "
              f"places whose amplitudes differ by less than {100 * GROUP_STEP:.0f} % of the largest share the response of the "
              "one that gives way most. The motion of the wall is averaged over the height of the cut."]
-    notes += ["What the mesh of the work errs by is not known."] if error is None else [
+    notes += [] if error is None else [
         f"The mesh of the work errs by about {100 * max(error, 1e-5):.2g} % in the lowest frequencies of the last stage, twice "
         "that in compliance (from a mesh 1.5 times as coarse, no bound)."]
     if not part.damping_ratio:
@@ -80,6 +80,9 @@ def _place(course: StageCourse, removed: RemovedMaterial, distance: FloatArray, 
 def _mesh(walls: Sequence[WallThickness], error: float | None) -> list[Doubt]:
     """Doubt a mesh that is coarse for its walls."""
     doubts = list[Doubt]()
+    if error is None:
+        doubts.append(Doubt("mesh of the work", "what it errs by is not known", "compare a finer mesh; of boxes (elastic) it "
+                            "is estimated where they have several elements"))
     elements = np.concatenate([part.elements[np.isfinite(part.thickness)] for part in walls])
     thickness = np.concatenate([part.thickness[np.isfinite(part.thickness)] for part in walls])
     if elements.size and elements.min() < MIN_ELEMENTS_ACROSS:

@@ -11,7 +11,7 @@ import numpy as np
 from toolpoint._check import FloatArray, IndexArray, fail
 from toolpoint.bodies.solid.cut_solid import CutSolid, CutState
 from toolpoint.bodies.solid.element_places import ElementPlaces, locate
-from toolpoint.studies.machining.thin_walls.clamped_part import COARSE_MESH_RATIO, ClampedPart
+from toolpoint.studies.machining.thin_walls.clamped_part import ClampedPart
 from toolpoint.vibration.sparse import factorise, modes
 from toolpoint.vibration.sparse.factorisation import Factorisation
 
@@ -137,10 +137,12 @@ def choose_stages(part: ClampedPart, cut: CutSolid, progress: Callable[[int, int
 def estimate_mesh_error(part: ClampedPart, course: StageCourse) -> float | None:
     """Return the relative error of the lowest frequencies of the last stage by the mesh, from a coarser one; None without one.
 
-    An estimate: of frequencies that converge with the square of the mesh size.
+    An estimate: of frequencies that converge with the square of the mesh size, by the numbers of elements as if both were finer
+    in all directions, so that it is rather too large for a plate.
     """
     if part.coarse is None:
         return None
     coarse = CutSolid(part.coarse, part.nodes_of(part.coarse), course.cut.sweep)
     last = solve_stage(coarse, part, course.cut.sweep.count)
-    return largest_change(course.stages[-1], last) / (COARSE_MESH_RATIO**_MESH_ORDER - 1)
+    ratio = (part.model.element_count / part.coarse.element_count) ** (1 / 3)
+    return largest_change(course.stages[-1], last) / (ratio**_MESH_ORDER - 1)
