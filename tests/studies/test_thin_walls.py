@@ -21,6 +21,7 @@ from toolpoint.studies.cuts.tool_dynamics import ToolDynamics
 from toolpoint.studies.machines.tool_point import milling_problem
 from toolpoint.studies.machining.result import MachiningStudy
 from toolpoint.studies.machining.thin_walls.clamped_part import ClampedPart
+from toolpoint.studies.machining.thin_walls.course_doubts import question_lines
 from toolpoint.vibration import Frf, Modes
 from toolpoint.vibration.sparse import factorise, modes
 
@@ -177,6 +178,20 @@ def test_what_a_part_cannot_carry_is_doubted_first():
     for words in ("elements thick", "part and stock", "of its material alone"):
         assert any(words in doubt for doubt in doubts), words
     assert any("errs by about" in note or "by a coarser mesh" in note for note in doubts)
+
+
+def test_lines_of_a_tool_that_are_too_coarse_for_the_wall_are_doubted():
+    """Peaks between lines, and modes above the band; modes of the tool, and a band that holds both, are not."""
+    wall = [ToolDynamics(Modes([500.0, 4000.0], 0.002, np.array([[0.0, 0.0], [1.0, 3.0]]), ("w:+x", "w:+y")), "w:+x", "w:+y")]
+
+    def tool(spacing: float, last: float) -> Frf:
+        lines = np.arange(10.0, last, spacing)
+        return Frf(lines, (1 / (1e7 - lines**2))[:, None, None] + 0j, ["t:+x"], ["t:+x"], "receptance")
+
+    coarse, short, fine = (question_lines(tool(*each), wall) for each in ((5.0, 5000.0), (0.25, 2000.0), (0.25, 5000.0)))
+    assert "peaks between lines are missed" in coarse[0] and coarse[0].grave and len(coarse) == 1
+    assert "12 % of its compliance" in short[0] and len(short) == 1
+    assert fine == [] and question_lines(tip().response, wall) == []
 
 
 FILE = """toolpoint: 1

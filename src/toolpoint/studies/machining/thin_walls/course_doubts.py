@@ -9,15 +9,19 @@ import numpy as np
 from toolpoint._check import FloatArray, IndexArray
 from toolpoint._doubt import Doubt
 from toolpoint.material_removal import RemovedMaterial
+from toolpoint.studies.cuts.tool_dynamics import ToolDynamics
 from toolpoint.studies.machining.thin_walls.clamped_part import ClampedPart
 from toolpoint.studies.machining.thin_walls.part_responses import GROUP_STEP, MIN_MODE_SHARE
 from toolpoint.studies.machining.thin_walls.part_stages import STAGE_MODE_COUNT, StageCourse
 from toolpoint.studies.machining.thin_walls.wall_contacts import WallThickness
+from toolpoint.vibration import Frf, Modes
 
 MAX_VOLUME_DIFFERENCE = 0.02  # of the removed volume, between the stock and the part
 MAX_STAGE_MESH_ERROR = 0.02  # of a frequency
 MIN_ELEMENTS_ACROSS = 1.5  # of a wall: fewer are one
 MAX_SPREAD = 1.2  # mean square over squared mean of the motion along the cut's height
+MIN_WIDTH_LINES = 2.0  # lines of a measured tool within the half width of a resonance of the work
+MAX_LOST_COMPLIANCE = 0.02  # of a place's static compliance, above the band of a measured tool
 MAX_DISTANCE = 1e-3  # m, of a contact from the part
 
 
@@ -56,6 +60,27 @@ def question_course(part: ClampedPart, course: StageCourse, *, removed: RemovedM
         doubts.append(Doubt("damping of the work", f"{100 * ratio.min():.2g} %, of its material alone; clamped faces rub, and "
                             "add to it", "strike the clamped work, and give its damping ratio"))
     return doubts, notes
+
+
+def question_lines(tool: Modes | Frf, work: Sequence[ToolDynamics]) -> list[Doubt]:
+    """Return the doubts about modes of the work that the lines of a measured tool cannot show; none beside modes of a tool."""
+    modes = [each.response for each in work if isinstance(each.response, Modes)]
+    if not isinstance(tool, Frf) or not modes:
+        return []
+    spacing, last = float(np.diff(tool.frequency).max()), float(tool.frequency[-1])
+    doubts = list[Doubt]()
+    width = [np.where(part.frequency < last, part.frequency * part.damping_ratio, np.inf).min() for part in modes]
+    if min(width) < MIN_WIDTH_LINES * spacing:
+        doubts.append(Doubt("response of the work", f"its sharpest resonance is {2 * min(width):.2g} Hz wide, and the tool "
+                            f"was measured every {spacing:.2g} Hz: peaks between lines are missed", "identify the tool's modes "
+                            "(toolpoint identify), and give them (--modes)", grave=min(width) < 0.5 * spacing))
+    lost = [float((np.abs(part.shape) ** 2 / part.omega**2)[:, part.frequency > last].sum()
+                  / (np.abs(part.shape) ** 2 / part.omega**2).sum()) for part in modes]
+    if max(lost) > MAX_LOST_COMPLIANCE:
+        doubts.append(Doubt("response of the work", f"up to {100 * max(lost):.0f} % of its compliance comes from modes above "
+                            f"the tool's last line, {last:.0f} Hz, and is left out", "identify the tool's modes, and give them "
+                            "(--modes)", figure=max(lost)))
+    return doubts
 
 
 def _place(course: StageCourse, removed: RemovedMaterial, distance: FloatArray, line: IndexArray) -> list[Doubt]:
