@@ -50,7 +50,7 @@ def run(work: Any, *, speed: float = 9000, dynamics: ToolDynamics | None = None,
     setup = studies.describe_machining(studies.stock_of("box", lengths), CUT, spacing=0.5 * MM, **values)
     program = text.format(speed=speed)
     return studies.run_program(parse(program, start=(0, 0, 0.1)), setup, tip() if dynamics is None else dynamics,
-                               text=program, work=work)
+                               text=program, work=work, progress=lambda name, finished, total: name * (total - finished))
 
 
 def members_of(study: MachiningStudy, line: int) -> np.ndarray:

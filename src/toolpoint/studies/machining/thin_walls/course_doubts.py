@@ -74,12 +74,12 @@ def question_lines(tool: Modes | Frf, work: Sequence[ToolDynamics]) -> list[Doub
         doubts.append(Doubt("response of the work", f"its sharpest resonance is {2 * min(width):.2g} Hz wide, and the tool "
                             f"was measured every {spacing:.2g} Hz: peaks between lines are missed", "identify the tool's modes "
                             "(toolpoint identify), and give them (--modes)", grave=min(width) < 0.5 * spacing))
-    lost = [float((np.abs(part.shape) ** 2 / part.omega**2)[:, part.frequency > last].sum()
-                  / (np.abs(part.shape) ** 2 / part.omega**2).sum()) for part in modes]
-    if max(lost) > MAX_LOST_COMPLIANCE:
-        doubts.append(Doubt("response of the work", f"up to {100 * max(lost):.0f} % of its compliance comes from modes above "
-                            f"the tool's last line, {last:.0f} Hz, and is left out", "identify the tool's modes, and give them "
-                            "(--modes)", figure=max(lost)))
+    compliance = [(np.abs(part.shape) ** 2 / part.omega**2).sum(axis=0) for part in modes]
+    share = max(float(each[part.frequency > last].sum() / each.sum()) for part, each in zip(modes, compliance, strict=True))
+    if share > MAX_LOST_COMPLIANCE:
+        doubts.append(Doubt("response of the work", f"up to {100 * share:.0f} % of its compliance comes from modes above the "
+                            f"tool's last line, {last:.0f} Hz, and is left out", "identify the tool's modes, and give them "
+                            "(--modes)", figure=share))
     return doubts
 
 

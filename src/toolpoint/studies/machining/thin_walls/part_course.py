@@ -26,7 +26,7 @@ _LISTED_MODES = 4
 
 
 def follow_part(work: ClampedPart, arcs: PlaceArcs, *, removed: RemovedMaterial, laid: ProgramPath, damping: str,
-                progress: Callable[[int, int | None], None]) -> WorkCourse:
+                progress: Callable[[int, int], None]) -> WorkCourse:
     """Return the response of a part at every place that cuts, see `follow_work`."""
     sweep = SweepTimes(removed.moves, removed.shapes)
     cut = CutSolid(work.model, work.held_nodes, sweep)

@@ -101,7 +101,7 @@ def volume_before(cut: CutSolid, pieces: IndexArray) -> FloatArray:
     return np.asarray(total[np.searchsorted(time[order], pieces)])
 
 
-def choose_stages(part: ClampedPart, cut: CutSolid, progress: Callable[[int, int | None], None] = lambda finished, total: None
+def choose_stages(part: ClampedPart, cut: CutSolid, progress: Callable[[int, int], None] = lambda finished, total: None
                   ) -> StageCourse:
     """Return the stages of a part under a path: halved by removed volume until each changes less than `stage_change`.
 
@@ -126,7 +126,7 @@ def choose_stages(part: ClampedPart, cut: CutSolid, progress: Callable[[int, int
             break
         removed = volume_before(cut, np.concatenate([[begin], between, [end]]))
         middle = int(between[np.abs(removed[1:-1] - 0.5 * (removed[0] + removed[-1])).argmin()])
-        progress(len(solved), None)
+        progress(len(solved), len(solved) + 1 + len(waiting))
         solved[middle] = solve_stage(cut, part, middle)
         waiting += [(begin, middle), (middle, end)]
     stages = tuple(solved[piece] for piece in sorted(solved))

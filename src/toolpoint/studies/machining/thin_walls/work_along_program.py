@@ -15,7 +15,7 @@ from toolpoint.studies.machining.thin_walls.work_course import WorkCourse
 
 
 def follow_work(work: ClampedPart | MeasuredWork, arcs: PlaceArcs, *, removed: RemovedMaterial, laid: ProgramPath,
-                damping: str = "viscous", progress: Callable[[int, int | None], None] = lambda finished, total: None
+                damping: str = "viscous", progress: Callable[[int, int], None] = lambda finished, total: None
                 ) -> WorkCourse:
     """Return the response of the work at every place that cuts.
 
