@@ -53,7 +53,8 @@ def test_a_coefficient_that_five_steps_take_is_listed_once_by_its_place_in_the_p
     def options(tangential, deviation):
         cut = {"values": {"tangential": tangential, "teeth": 4}, "deviation": deviation}
         return {"options": {"limits/rough": {"cut": cut, "cut_name": "face", "draws": 20}, "changes": {"cuts": {"face": cut}},
-                            "tried/tip": {"cuts": {"face": cut}}, "tip/face": {"values": cut["values"]},
+                            "tried/tip": {"cuts": {"face": cut}, "has_poses": not deviation},
+                            "tip/face": {"values": cut["values"]},
                             "program/part": {"settings": {"cut": cut, "cut_name": "face", "speed": 1200.0}}}}
 
     states = [KeptState(key, key, options(*numbers)) for key, numbers in (("1", (8e8, None)), ("2", (9e8, 0.05)))]

@@ -27,6 +27,13 @@ window.Workbench = window.Workbench || { views: {} };
     return size >= 1e6 || size < 1e-3 ? value.toExponential(digits - 1).replace("e+", "e") : String(Number(value.toPrecision(digits)));
   };
 
+  // A number with its 95 % half width, both to the same decimal; alone where the half width is not known.
+  W.withInterval = function (value, halfWidth, unit) {
+    if (!Number.isFinite(halfWidth) || halfWidth === null || halfWidth <= 0) return `${W.number(value)} ${unit}`;
+    const decimals = Math.min(Math.max(1 - Math.floor(Math.log10(halfWidth)), 0), 6);
+    return `${value.toFixed(decimals)} ± ${halfWidth.toFixed(decimals)} ${unit}`;
+  };
+
   W.age = function (seconds) {
     if (seconds === null || seconds === undefined) return "";
     for (const [size, key] of [[86400, "age.days"], [3600, "age.hours"], [60, "age.minutes"]])
