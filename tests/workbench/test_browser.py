@@ -245,6 +245,9 @@ def test_words_are_complete_in_english_and_german(demo, serve, tab):
     page = tab(serve(demo).address, locale="de-DE")
     ready(page, "project")
     assert page.evaluate("document.documentElement.lang") == "de" and "Projekt rechnen" in page.inner_text("main")
+    # What the package says is English, and the page says so, to screen readers too.
+    assert "englischer Sprache" in page.inner_text("#wb-foot")
+    assert page.evaluate("[...document.querySelectorAll('.answer, .wb-doubts li')].every((node) => node.lang === 'en')")
 
 
 def test_a_written_folder_opens_without_a_server(demo, tab, tmp_path):

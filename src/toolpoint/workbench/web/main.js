@@ -93,7 +93,7 @@ window.Workbench = window.Workbench || { views: {} };
       showJob(W.job);
     });
     W.listen();
-    document.getElementById("wb-foot").textContent = W.word(W.isExport ? "foot.export" : "foot");
+    document.getElementById("wb-foot").textContent = [W.word(W.isExport ? "foot.export" : "foot"), ...(W.language() === "en" ? [] : [W.word("foot.english")])].join(" ");
   }
   window.addEventListener("DOMContentLoaded", start);
 })(window.Workbench);
