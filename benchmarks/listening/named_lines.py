@@ -2,7 +2,7 @@
 
     python benchmarks/listening/named_lines.py --cuts 40 --seed 1
 
-The cuts are those of `heard_cuts.py` that chatter. The truth is the strongest line of the tool's motion that is no spindle order.
+The cuts are those of `heard_cuts.py` that chatter; the truth is the strongest line of the motion beside the orders.
 The last line counts the lines named rightly, those of them that are doubted, and those named wrongly and doubted.
 """
 

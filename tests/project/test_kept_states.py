@@ -49,6 +49,12 @@ def test_modes_are_paired_by_frequency_and_springs_judged_by_their_intervals():
     assert any("by the nearest frequency" in doubt for doubt in difference.doubts)
 
 
+def test_a_step_that_is_computed_in_another_way_is_doubted():
+    older, newer = (KeptState(str(version), "", {"step_versions": {"joints": version, "machine": 1}}) for version in (1, 2))
+    (doubt,) = [doubt for doubt in StateDifference(older, newer).doubts if "another way" in doubt]
+    assert doubt.what == "steps joints" and "nothing was changed" in StateDifference(older, newer).summary
+
+
 def test_a_coefficient_that_five_steps_take_is_listed_once_by_its_place_in_the_project_file():
     def options(tangential, deviation):
         cut = {"values": {"tangential": tangential, "teeth": 4}, "deviation": deviation}

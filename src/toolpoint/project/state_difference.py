@@ -77,11 +77,20 @@ class StateDifference(NotebookText):
         if versions[0] != versions[1]:
             doubts.append(Doubt("programs", f"toolpoint {versions[0]} computed the older state, {versions[1]} the newer",
                                 "a change of the program can be the difference"))
+        if changed_steps := self._recomputed_steps:
+            doubts.append(Doubt(f"steps {', '.join(changed_steps)}", "are computed in another way in the newer state",
+                                "this change of the program can be the difference"))
         first, second = self.older.data.get("goals", {}), self.newer.data.get("goals", {})
         doubts += [Doubt(f"goal {name}", "asks another cut, speed, depth or pose in the two states",
                          "its limits are answers to two questions") for name in first if name in second
                    and any(first[name].get(key) != second[name].get(key) for key in first[name] if key not in _ANSWER_KEYS)]
         return tuple(doubts)
+
+    @property
+    def _recomputed_steps(self) -> list[str]:
+        """Steps of both states whose computation has another version in the newer one."""
+        first, second = (state.data.get("step_versions", {}) for state in (self.older, self.newer))
+        return [step for step in first if step in second and first[step] != second[step]]
 
     @property
     def summary(self) -> str:
