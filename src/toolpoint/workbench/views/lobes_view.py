@@ -18,7 +18,7 @@ from toolpoint.project import Project
 from toolpoint.project.chain import TRIED_FILE
 from toolpoint.project.changed_machine import change_machine
 from toolpoint.project.limits.coupled_tool import stick_out_range
-from toolpoint.project.limits.drawn_limits import CutQuestion, draw_limits
+from toolpoint.project.limits.drawn_limits import CutQuestion, draw_limits, quantile_of
 from toolpoint.project.limits.systems import DrawnSystems, MachineDraws, TipDraws, problem_of
 from toolpoint.project.limits.tips import read_tip
 from toolpoint.project.steps.plain_files import read_json
@@ -186,7 +186,9 @@ def interval_deed(desk: Desk, request: MachineRequest) -> dict[str, Any]:
     lower, upper = limits.interval(weights)[:, 0]
     chance = None if depth is None else float(limits.chance(weights)[0])
     doubts = [*systems.doubts, *doubts_among(limits.notes), *_uncounted_cuts(desk, is_weighed)]
-    return {"speed_rpm": speed, "limit_m": limits.limit[0], "lower_m": lower, "upper_m": upper, "searched_m": limits.depth_max,
+    # As in the answer of a goal: the likeliest system was that before the tried cuts.
+    limit = quantile_of(limits.draws[:, 0], weights, 0.5) if is_weighed else limits.limit[0]
+    return {"speed_rpm": speed, "limit_m": limit, "lower_m": lower, "upper_m": upper, "searched_m": limits.depth_max,
             "depth_m": depth, "stable_probability": chance, "shares": limits.shares, "draws": systems.count,
             "is_weighed": is_weighed, "doubts": list(map(str, doubts))}
 
