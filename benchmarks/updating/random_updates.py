@@ -16,6 +16,7 @@ to 10 % a joint), with a floor of noise that is the same for all sensors. The us
     fixed       one stiffness, wrong by a factor of two, is not among the parameters
     gain        one force channel reads 5 % too much
     worn        one joint of the machine is 3 to 30 times softer than the model says
+    far         two joints are 10 to 100 times softer than the model says, and 6 points are measured, not 30
 
 It is updated by the measured responses (--by frf), or by the modes that `identify` finds in them (--by modes). Counted: 95 %
 intervals of stiffnesses that hold the truth, and machines of which a stiffness is further than three standard deviations off
@@ -44,10 +45,10 @@ from toolpoint.studies.measured.measured_update import MeasuredUpdate
 from toolpoint.studies.measured.model_correlation import with_measured_points
 from toolpoint.vibration import Frf
 
-CASES = ("plain", "damping", "undamped", "ratio", "one-ratio", "masses", "places", "fixed", "gain", "worn")
-POINTS = 30
+CASES = ("plain", "damping", "undamped", "ratio", "one-ratio", "masses", "places", "fixed", "gain", "worn", "far")
+POINTS, FEW_POINTS = 30, 6
 RATIOS = np.log([0.005, 0.05])
-WEAR = np.log([3.0, 30.0])  # model's stiffness over that of a worn joint
+WEAR, FAR_WEAR = np.log([3.0, 30.0]), np.log([10.0, 100.0])  # model's stiffness over that of a worn joint
 
 
 @dataclass(frozen=True)
@@ -79,9 +80,10 @@ def model_of(case: Case, kind: str, rng: np.random.Generator) -> tuple[Machine, 
                                                for name, body in described.bodies.items()})
     model = build(described)
     wrong = {path: model.value(path) * float(np.exp(0.3 * rng.normal())) for path in paths}
-    if kind == "worn":
-        joint, factor = str(rng.choice(list(described.joints))), float(np.exp(rng.uniform(*WEAR)))
-        wrong |= {path: size * factor for path, size in wrong.items() if path.startswith(f"joints.{joint}.")}
+    if kind in ("worn", "far"):
+        for joint in rng.choice(list(described.joints), 1 if kind == "worn" else 2, replace=False):
+            factor = float(np.exp(rng.uniform(*(WEAR if kind == "worn" else FAR_WEAR))))
+            wrong |= {path: size * factor for path, size in wrong.items() if path.startswith(f"joints.{joint}.")}
     if kind == "fixed":
         stays = str(rng.choice(paths))
         wrong[stays] = 2 * model.value(stays)
@@ -112,7 +114,7 @@ def measure(case: Case, kind: str, rng: np.random.Generator) -> Frf:
 def run(seed: int, kind: str, by: str) -> Trial:
     """Return what the update of one random machine came to."""
     case, rng = random_case(seed), np.random.default_rng(1000 + seed)
-    kept = rng.permutation(list(case.points.places))[:POINTS].tolist()
+    kept = rng.permutation(list(case.points.places))[:FEW_POINTS if kind == "far" else POINTS].tolist()
     case = replace(case, points=MeasuringPoints({name: case.points.places[name] for name in sorted(kept)}))
     if kind == "ratio":
         case = replace(case, machine=build(with_one_ratio(case.machine.description, float(np.exp(rng.uniform(*RATIOS))))))

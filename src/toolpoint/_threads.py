@@ -1,16 +1,24 @@
-"""Linear algebra of many small matrices on one thread: more threads wait for each other longer than they work."""
+"""Threads: linear algebra of many small matrices on one, compiled kernels side by side on the cores that are free.
+
+More threads of linear algebra wait for each other longer than they work. Compiled kernels release the interpreter's lock.
+"""
 
 from __future__ import annotations
 
+import contextvars
 import functools
 import os
 import sys
-from collections.abc import Callable
+import threading
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any, ParamSpec, TypeVar
 
 P = ParamSpec("P")
 R = TypeVar("R")
+T = TypeVar("T")
 
+MAX_KERNEL_THREADS = 8  # beyond it the parts that hold the interpreter's lock leave nothing to gain
 
 VARIABLES = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 
@@ -46,3 +54,26 @@ def _libraries(has_scipy: bool) -> Any:
     from threadpoolctl import ThreadpoolController  # looks through all loaded libraries: not at start-up
 
     return ThreadpoolController()
+
+
+def available_threads() -> int:
+    """Return how many threads may run kernels side by side: the cores of this process, at most eight.
+
+    One where this is not the main thread: workers of a study and requests of a server share the cores already.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        return 1
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    return min(cores, MAX_KERNEL_THREADS)
+
+
+def run_side_by_side(compute: Callable[[T], R], parts: Sequence[T], threads: int) -> list[R]:
+    """Return the results of all parts in their order, computed by several threads; an error or Ctrl-C drops what has not begun.
+
+    Each part sees the settings of its caller (of NumPy, of warnings by context).
+    """
+    pool = ThreadPoolExecutor(threads, thread_name_prefix="kernels")
+    try:
+        return [future.result() for future in [pool.submit(contextvars.copy_context().run, compute, part) for part in parts]]
+    finally:
+        pool.shutdown(wait=True, cancel_futures=True)

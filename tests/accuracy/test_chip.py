@@ -37,6 +37,7 @@ def side(feed):
     return line([0, 0, 0], [0.02, 0, 0], law="jerk-limited", feed=feed)
 
 
+@pytest.mark.slow
 def test_the_path_that_fits_the_described_chip_gives_the_same_with_both():
     constant, fed = (mill_path(slide(), side(FITTING), replace(SETUP, chip=chip, window=0.1), judged=False)
                      for chip in ("constant", "path"))

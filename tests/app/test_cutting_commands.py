@@ -46,6 +46,7 @@ def test_lobes_from_a_measured_response_are_near_those_of_its_modes(folder, tmp_
     np.testing.assert_allclose(limits, [0.047507, 0.114448, 0.530130], rtol=0.02)
 
 
+@pytest.mark.slow
 def test_lobes_and_cut_of_a_machine_at_a_pose(tmp_path, capsys):
     found = run(capsys, "lobes", MACHINE, "--pose", "X=0.1", "--speeds", "1000:2000:3", "--method", "zero-order",
                 "-o", str(tmp_path))

@@ -110,6 +110,7 @@ def test_files_in_units_of_their_own_are_kept_in_si(tmp_path, capsys):
     assert np.allclose(first, table.samples[start:start + len(first)], rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_a_record_that_cannot_be_read_does_not_end_the_test(tmp_path, capsys):
     (tmp_path / "out").mkdir()
     blow = tapping.stream((200.0,), lead=0.1, apart=0.5)

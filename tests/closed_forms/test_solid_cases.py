@@ -41,6 +41,7 @@ def test_torsional_mode_of_a_free_sphere():
     assert np.allclose(f, exact, rtol=2.5e-3)
 
 
+@pytest.mark.slow
 def test_cantilever_converges_to_timoshenko():
     """Square bar, nu = 0, L/h = 20: clamped-free Timoshenko beam with k = 5/6, roots of its own frequency equation."""
     material = Material(210e9, 0.0, 7850.0)

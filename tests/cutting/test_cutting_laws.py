@@ -51,6 +51,7 @@ def limit_of(method: StabilityMethod, problem: MillingProblem, speed: float, dep
     return float(limit)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", METHODS)
 def test_up_and_down_milling_of_equal_arc(name: str) -> None:
     """A structure alike in x and y: down-milling is up-milling with time reversed, with the same multipliers.

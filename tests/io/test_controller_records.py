@@ -71,6 +71,7 @@ def test_a_sign_that_is_turned_is_said():
     assert data.axes[0].friction.dry == pytest.approx(1.2, rel=0.01)
 
 
+@pytest.mark.slow
 def test_rotary_table_of_a_trace(measured):
     """Plateau 108 deg/s, following error 0.664012 deg, so K_v 162.6 1/s; friction current 9.44 and 9.30 A."""
     data = judge_servo_data(read_servo_data(measured / "controller" / "sinu_trace.xml"))
@@ -104,6 +105,7 @@ def test_positioning_run_by_a_second_computation(measured):
     assert 1e3 * result.systematic == pytest.approx(max(map(max, means)) - min(map(min, means)))
 
 
+@pytest.mark.slow
 def test_command_and_page(measured, tmp_path, capsys):
     main(["servo-data", str(measured / "controller" / "sinu_trace.xml"), "-o", str(tmp_path), "--json"])
     assert json.loads(capsys.readouterr().out)["axes"]["7"]["velocity_gain_1_s"] == pytest.approx(162.6, abs=0.2)

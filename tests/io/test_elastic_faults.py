@@ -89,6 +89,7 @@ def test_what_is_hardly_meant_is_doubted(tmp_path, old, new, words):
     assert any(words in doubt for doubt in checked.doubts)
 
 
+@pytest.mark.slow
 def test_a_carriage_beyond_its_rail_and_a_narrow_band_are_told_by_modes(tmp_path):
     machine = read_machine(changed(tmp_path, "limits: [-300 mm, 300 mm]", "limits: [-300 mm, 350 mm]"))
     with pytest.raises(ToolpointError, match=r"interface way: .*position 0.35 m; must be within its way, -0.3 .. 0.3 m"):

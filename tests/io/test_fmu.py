@@ -85,10 +85,13 @@ CASES = {
     "active damping": (lambda: damped_servo("scale"), 1), "active damping at the tool": (lambda: damped_servo("tool"), 2),
     "encoders": (lambda: torque_servo(Stribeck(0.5, 0.7, 0.5), resolution=1e-4), 1),
 }
+# One of each kind of part is compiled by default; the others take a compiler's second each.
+DEFAULT_CASES = ("benchmark", "Stribeck", "backlash", "active damping at the tool")
 
 
 @needs_compiler
-@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize("name", [name if name in DEFAULT_CASES else pytest.param(name, marks=pytest.mark.slow)
+                                  for name in CASES])
 def test_unit_equals_the_kernel(tmp_path, name):
     """Two compilations of one algorithm: they differ by what rounding moves, and rounding is measured here.
 

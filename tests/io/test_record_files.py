@@ -16,6 +16,7 @@ from toolpoint.io.measured.channels import parse_channel
 from toolpoint.io.measured.name_patterns import dof_of, read_names
 from toolpoint.io.yaml.testing import test_file
 from toolpoint.signals.test_description import ChannelDescription, HammerTestDescription, RecordsDescription
+from toolpoint.studies.measured.hammer_study import study_hammer_records
 
 RATE = 1000.0
 TIME = np.arange(400) / RATE
@@ -254,3 +255,16 @@ def test_a_pattern_of_records_that_fits_nothing_is_named(tmp_path):
     with pytest.raises(ToolpointError, match=r"no file fits 'hit_\*.csv'"):
         read_test(HammerTestDescription("x", (RecordsDescription(("hit_*.csv",)),)), tmp_path)
     assert parse_channel("acc 1=acceleration tip:+x 100 mV/g").sensitivity == "100mV/g"
+
+
+def test_files_of_one_rate_and_several_lengths_are_one_test(tmp_path):
+    """A rate that is no whole number comes out of times of files of other lengths with other last digits."""
+    rate, rng = 1706.6666666, np.random.default_rng(1)
+    for number, count in enumerate((3000, 3177, 2900)):
+        time = np.arange(count) / rate
+        force = np.where((time > 0.2) & (time < 0.21), 100 * np.sin(np.pi * (time - 0.2) / 0.01), 0)
+        motion = np.where(time > 0.2, np.exp(-30 * (time - 0.2)) * np.sin(250 * (time - 0.2)), 0)
+        motion += 1e-4 * rng.normal(size=count)
+        rows = "".join(f"{t:.8f},{f:.6g},{a:.6g}\n" for t, f, a in zip(time, force, motion, strict=True))
+        (tmp_path / f"blow{number}.csv").write_text("time [s],force 1:+x [N],acceleration 1:+x [m/s^2]\n" + rows)
+    assert study_hammer_records(read_records(sorted(tmp_path.glob("*.csv")))).used == 3

@@ -53,3 +53,18 @@ def test_columns_of_g_are_accelerations_in_si(tmp_path):
     assert [str(dof) for dof in record.channels[:2]] == ["3:-z", "tip:+x"]
     assert record.quantities[:2] == ("force", "acceleration")
     assert record.samples[0] == pytest.approx([1000.0, 9.80665, 9.80665])
+
+
+def test_times_of_few_digits_run_evenly(tmp_path):
+    """1.25 ms written with 0.1 ms are 0.0012 and 0.0013 s in turn; the rate is that of all times."""
+    path = tmp_path / "logger.csv"
+    path.write_text("time [s],ax [m/s^2]\n" + "".join(f"{k / 800:.4f},{k % 7}\n" for k in range(2000)))
+    assert record_table.read(path).sample_rate == pytest.approx(800, rel=1e-6)
+
+
+@pytest.mark.parametrize("missing", [3, 700, 1990])
+def test_a_sample_left_out_among_rounded_times_is_refused(tmp_path, missing):
+    path = tmp_path / "logger.csv"
+    path.write_text("time [s],ax [m/s^2]\n" + "".join(f"{k / 800:.4f},1\n" for k in range(2000) if k != missing))
+    with pytest.raises(ToolpointError, match="does not run evenly"):
+        record_table.read(path)

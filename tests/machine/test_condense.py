@@ -38,6 +38,7 @@ def test_every_position_is_within_the_error_and_above_the_whole_reduction(machin
         assert rise.min() > -1e-10 and rise[rich <= 2000.0].max() <= error
 
 
+@pytest.mark.slow
 def test_all_elements_agree_with_what_condensed_bodies_state(loose):
     result = compare_full_mesh(loose.machine, {"X": 0.043}, 4)
     assert result.stated is not None and (np.abs(result.rise) <= result.stated + 1e-7).all()
@@ -86,6 +87,7 @@ def test_two_bodies_that_slide_on_each_other_are_condensed_unless_the_file_says_
     assert asked == [1e-3]
 
 
+@pytest.mark.slow
 def test_an_error_that_the_reduction_itself_exceeds_is_refused(machine):
     with pytest.raises(ToolpointError, match="all shapes give"):
         condense_bodies(machine, error=1e-12)

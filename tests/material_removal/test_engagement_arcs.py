@@ -45,6 +45,7 @@ def _arc_at(result: RemovedMaterial, place: tuple[float, float], layer: int = 0)
     return float(entry), float(leave), float(np.degrees(result.arc_length[k, layer]))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("radial_depth", [0.05, 0.5, 1.0, 2.5, 5.0, 7.3])
 def test_shoulder_down_and_up(radial_depth: float) -> None:
     """Down-milling ends at 180 degrees, up-milling begins at 0; the arc is acos(1 - a/R)."""

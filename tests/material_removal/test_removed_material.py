@@ -51,6 +51,7 @@ def test_circular_pocket_emptied_whole() -> None:
     assert result.total_volume == pytest.approx(3769.91118431e-9, rel=VOLUME_TOLERANCE)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["ball", "bull", "tapered"])
 def test_groove_along_a_line(kind: str) -> None:
     """Through the whole stock a level move takes the area under the profile times the length of the stock."""

@@ -24,6 +24,7 @@ def _chamfer(leg: float, head: str = "G68.2 J45\nG53.1", end: str = "G69") -> st
             "G0 X-7 Y15 Z5\nG0 Z-1\nG1 X47\nG0 Z9")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("head", "end", "spacing", "error"), [
     ("G68.2 J45\nG53.1", "G69", 4e-4, 1e-4), ('CYCLE800(0,"HEAD",0,57,0,0,0,45,0,0,0,0,0,-1)', "CYCLE800()", 5e-4, 3e-4)])
 def test_a_chamfer_and_then_a_slot_take_their_prisms(head: str, end: str, spacing: float, error: float) -> None:
@@ -49,6 +50,7 @@ def test_prisms_whose_edges_lie_across_the_dexels_are_within_a_thousandth(leg: f
     assert 1e9 * study.stages[1].removed.left_volume == pytest.approx(16000 - leg**2 / 2 * 40 - 400, rel=1e-3)
 
 
+@pytest.mark.slow
 def test_what_one_plane_took_is_gone_in_the_next() -> None:
     """The same chamfer twice: the second pass takes nothing; from upright again the slot is whole."""
     text = _chamfer(3.0)

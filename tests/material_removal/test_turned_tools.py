@@ -60,6 +60,7 @@ def test_an_upright_tool_cuts_as_with_three_axes(shape: MillShape) -> None:
         assert np.degrees(turned.arc_length[place]) == pytest.approx(np.degrees(upright.arc_length[other]), abs=1.5)
 
 
+@pytest.mark.slow
 def test_volumes_of_leaning_tools_are_closed() -> None:
     """A leaning cylinder's slot by its polygon across the feed, a ball's groove by the segment of its circle."""
     lean = np.array([0, np.sin(0.3), np.cos(0.3)])

@@ -212,6 +212,22 @@ def test_what_a_removed_line_leaves_is_no_mode() -> None:
     assert not far.any() and none == ()
 
 
+def test_what_a_strong_line_leaves_beside_a_mode_that_is_known_better_is_no_mode() -> None:
+    """It has the shape of the mode that the line drives; alone, or known as well as the other, it is kept and doubted."""
+    def sorted_out(frequencies: list[float], deviations: list[float]) -> tuple[list[bool], int]:
+        covariance = np.zeros((len(frequencies), 2, 2))
+        covariance[:, 1, 1] = (np.array(deviations) * 0.003) ** 2
+        modes = Modes(frequencies, [0.003] * len(frequencies), np.outer([1.0, -0.8, 0.5], np.ones(len(frequencies))),
+                      ["1:+x", "2:+x", "3:+x"], "unscaled", covariance=covariance)
+        is_remainder, doubts = remainders_of_lines(modes, np.full(len(frequencies), 0.01), (Harmonic(20.1, 1e-4, 0.99, 1.0),))
+        return is_remainder.tolist(), len(doubts)
+
+    assert sorted_out([20.0, 20.1], [0.05, 0.2]) == ([False, True], 0)
+    assert sorted_out([20.0, 20.1], [0.18, 0.2]) == ([False, False], 1)
+    assert sorted_out([20.0, 20.1], [0.01, 0.05]) == ([False, False], 1)
+    assert sorted_out([19.0, 20.1], [0.05, 0.2]) == ([False, False], 1)
+
+
 def test_noise_has_no_modes() -> None:
     noise = np.random.default_rng(0).standard_normal((30000, 3))
     with pytest.raises(ToolpointError, match="no mode found"):

@@ -1,10 +1,16 @@
-"""Law: modes that set-ups of sensors repeat are named, joined and corrected; close pairs of a structure never are."""
+"""Law: modes that set-ups of sensors repeat are named, joined and corrected; close pairs of a structure never are.
+
+The mass of one sensor that is moved from point to point is told by its frequencies, and leaves with its mass told.
+"""
+
+import re
 
 import numpy as np
 import pytest
 from scipy.linalg import eigh
 
 from toolpoint.modal_identification import identify
+from toolpoint.modal_identification.judgement.moved_sensor import merge_split_modes
 from toolpoint.studies import identify_modes
 from toolpoint.vibration import Frf
 
@@ -98,6 +104,7 @@ def test_one_setup_says_what_its_sensor_moves():
     assert not identify(frf, sensor_mass=mass / 100).doubts
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(6))
 @pytest.mark.parametrize("kind", ["pairs", "planes", "twins"])
 def test_pairs_of_a_structure_are_not_joined(kind, seed):
@@ -119,3 +126,54 @@ def test_pairs_of_a_structure_are_not_joined(kind, seed):
         frf = frf.selected(list(range(1, POINTS)), [0])
     result = identify(frf)
     assert result.repeated is None and not any("another mass" in doubt for doubt in result.doubts)
+
+
+def moved_test(seed, ratio=0.0008, damping=0.02):
+    """Return responses of a structure with a sensor at each point in turn, its bare frequencies and the sensor's mass."""
+    rng, frequency, shape = random_structure(seed)
+    mass = ratio / (shape**2).sum(axis=1).mean()
+    groups = [(np.array([k]), *with_sensors(frequency, shape, np.array([k]), mass)) for k in range(POINTS)]
+    return measured(rng, groups, lines_of(frequency), damping=damping), frequency, mass
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_mass_that_is_told_leaves_the_modes_of_the_bare_structure(seed):
+    frf, frequency, mass = moved_test(seed)
+    result = identify(frf, sensor_mass=mass)
+    assert result.modes.count == COUNT and not result.doubts
+    assert np.abs(result.modes.frequency / frequency - 1).max() < 2e-4
+    assert "point by point" in result.advice[0]
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_mass_that_is_not_told_is_found_and_named(seed):
+    frf, _, mass = moved_test(seed)
+    (words,) = [doubt for doubt in identify(frf).doubts if doubt.what == "sensor's mass"]
+    estimate = float(re.search(r"about (\d+) g", words)[1]) / 1e3
+    assert estimate == pytest.approx(mass, rel=0.2)
+
+
+@pytest.mark.parametrize("factor", [0.3, 3.0])
+def test_a_mass_told_wrong_is_contradicted(factor):
+    frf, _, mass = moved_test(1)
+    (words,) = [doubt for doubt in identify(frf, sensor_mass=factor * mass).doubts if doubt.what == "sensor's mass"]
+    assert float(re.search(r"about (\d+) g", words)[1]) / 1e3 == pytest.approx(mass, rel=0.3)
+
+
+def test_a_structure_without_a_moved_sensor_is_not_doubted():
+    for seed in range(4):
+        rng, frequency, shape = random_structure(seed)
+        frf = measured(rng, [(np.arange(POINTS), frequency, shape)], lines_of(frequency))
+        assert not [doubt for doubt in identify(frf).doubts if doubt.what == "sensor's mass"]
+
+
+def test_a_sensor_that_moves_modes_by_their_width_is_said_and_not_weighed():
+    frf, _, mass = moved_test(2, 0.004, damping=0.003)
+    (words,) = [doubt for doubt in identify(frf, sensor_mass=mass).doubts if doubt.what == "sensor's mass"]
+    assert "cannot be taken out" in words
+
+
+def test_modes_apart_are_not_merged():
+    frf, _, _ = moved_test(0, 1e-6)
+    modes = identify(frf).modes
+    assert merge_split_modes(modes) is modes

@@ -73,6 +73,7 @@ def test_policy_stops_requests_and_foreign_scripts(opened, view):
     assert seen.page.evaluate("window.broken") is None
 
 
+@pytest.mark.slow
 def test_shader_positions_are_the_real_part_of_the_turned_shape(opened, view, machine, shapes):
     seen = opened(view.html(), reduced_motion="reduce")
     for mode, phase in itertools.product(range(3), [0.0, np.pi / 2, 2.2]):

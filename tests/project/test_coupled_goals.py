@@ -86,6 +86,7 @@ def test_a_goal_of_a_stick_out_has_the_limit_of_the_machine_with_that_tool(folde
     assert actions == {"machine": "fresh", "limits/short": "fresh", "limits/long": "run"}
 
 
+@pytest.mark.slow
 def test_draws_are_those_of_the_machine_with_shafts_of_their_own_and_shares_add_up():
     machine = build(mill(identified=True))
     shaft = replace(_shaft(), modulus_deviation=0.02)

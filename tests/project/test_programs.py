@@ -135,6 +135,7 @@ def test_tilted_program_is_judged_over_all_its_stages(tmp_path):
     assert len(Project.open(place).program("slots").stages) == 2
 
 
+@pytest.mark.slow
 def test_struck_tip_stands_for_the_whole_program_and_is_doubted(tmp_path):
     place = write_project(tmp_path / "mill", depth=0.5)
     frequency = np.linspace(20.0, 300.0, 561)

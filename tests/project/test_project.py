@@ -101,6 +101,7 @@ def test_probability_of_a_cut_falls_with_its_depth_and_is_never_certain():
     assert 1 > chances[0] > 0.95 and 0.2 < chances[1] < 0.8 and 0 < chances[2] < 0.05
 
 
+@pytest.mark.slow
 def test_tried_cut_moves_the_interval_to_its_side_and_a_contradiction_is_named():
     systems = MachineDraws(build(slide()), 45, 1)
     before = draw_limits(systems, question())
@@ -233,6 +234,7 @@ def test_moved_project_has_nothing_to_do(folder, tmp_path):
     assert {event.decision.action for event in events} == {"fresh"}
 
 
+@pytest.mark.slow
 def test_a_later_test_that_differs_is_named_and_doubted_down_to_the_answer(folder):
     """A second test of the same pose, its springs along x a fifth softer: changed, and every later answer says so."""
     for name, stiffness in (("new", 4e7), ("old", 4e7), ("worn", 3.2e7)):
@@ -286,3 +288,15 @@ def test_a_project_stands_for_its_machine_file_in_every_command(folder, capsys):
     with pytest.raises(SystemExit) as end:
         main(["modes", str(folder)])
     assert end.value.code == 2 and "no machine file" in capsys.readouterr().err
+
+
+def test_the_mass_of_a_moved_sensor_in_a_test_file_reaches_the_identification(tmp_path):
+    channels = [{"channel": "1", "quantity": "force", "dof": "1:+z"},
+                {"channel": "2", "quantity": "acceleration", "dof": "*:+z", "mass": "120 g"}]
+    record = {"files": ["P*.csv"], "pattern": "P{output}"}
+    (tmp_path / "test.yaml").write_text(json.dumps({"toolpoint": 1, "test": "bed", "channels": channels, "records": [record]}))
+    (tmp_path / "P1.csv").write_text("")
+    for told, mass in (("", 0.12), (", sensor_mass: 80 g", 0.08)):
+        (tmp_path / "project.yaml").write_text(f"toolpoint: 1\nname: bed\ntests: {{first: {{test: test.yaml{told}}}}}\n")
+        step = next(step for step in Project.open(tmp_path).chain.steps if step.name == "modes/first")
+        assert step.options["sensor_mass"] == pytest.approx(mass)

@@ -30,6 +30,7 @@ def folder(tmp_path):
     return tmp_path / "mill"
 
 
+@pytest.mark.slow
 def test_tip_at_a_stick_out_is_that_of_the_coupled_shaft(folder):
     """The likeliest tip is the receptance coupling of the same shaft with that length, computed by hand here."""
     coupled = Project.open(folder).coupled_tool(0.085, draws=20)

@@ -85,6 +85,7 @@ def test_gravity_s_load_on_the_reducers_is_the_virtual_work_of_the_weight(sheet,
     assert np.abs(joints[1:3]).min() > 5
 
 
+@pytest.mark.slow
 def test_torsion_of_several_slopes_is_taken_at_the_load(sheet):
     """Of two slopes the second holds where gravity is beyond the first; what is said is what stands in the machine."""
     part = replace(sheet.catalogue["SHG-25-100"], torsion=(1e4, 4e4), torques=(10.0,))

@@ -15,6 +15,7 @@ def figures():
         return compute_source_figures(read_machine(path), {"q2": 0.2, "q3": -0.5, "q5": 0.5})
 
 
+@pytest.mark.slow
 def test_forces_are_those_of_the_printed_constants(figures):
     # Table 6 of the source: 1780 and 593 N/mm2, 9 and 7 N/mm, 0.01 mm, for a millimetre of depth.
     middle = len(figures.angle) // 2

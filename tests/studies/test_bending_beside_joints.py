@@ -53,6 +53,7 @@ def found(hinge, known, noise=1e-3, seed=1, guess=None):
 
 
 # Where the noise of the shapes is not known, bending below it (2e10: 0.3 % of the stiffness) cannot be told from it.
+@pytest.mark.slow
 @pytest.mark.parametrize(("hinge", "known"), [(1.5e9, True), (5e9, True), (2e10, True), (1.5e9, False), (5e9, False)])
 def test_stiffness_beside_the_bending_body_is_inside_its_interval(hinge, known):
     result = found(hinge, known)

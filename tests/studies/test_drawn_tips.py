@@ -82,6 +82,7 @@ def test_turning_states_the_interval_of_the_draws(tip: Frf, filed: ToolDynamics)
     assert study.limit.error / study.limit.width >= np.std(middle / least)
 
 
+@pytest.mark.slow
 def test_a_simulated_cut_is_doubted_where_the_draws_do_not_agree(filed: ToolDynamics, by_file: LobesStudy) -> None:
     limit = float(min(by_file.chart.limit[1], by_file.chart.depth_max))
     near = simulate_cut(filed, CUT, speed=8000.0, depth=limit, revolutions=12)

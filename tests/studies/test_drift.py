@@ -95,6 +95,7 @@ def test_a_workpiece_is_no_joint(mill):
     assert study.parts[0][0] == "mass of table"
 
 
+@pytest.mark.slow
 def test_all_frequencies_alike_are_no_joint(mill):
     later = measured(mill)
     study = study_drift(measured(mill), [replace(later, frequency=0.988 * later.frequency)], mill)

@@ -55,6 +55,7 @@ def test_two_tests_of_one_state_do_not_differ():
     assert "none of 2 differs" in study.status and study.damping is None
 
 
+@pytest.mark.slow
 def test_the_command_reads_columns_and_writes_its_page(tmp_path, capsys):
     """A mass of 50 kg on 42 Hz, driven by the current of its motor (40 N/A) and read as a table of a controller."""
     rng, rate, count = np.random.default_rng(0), 500.0, 40_000

@@ -26,6 +26,7 @@ def test_sums_over_elements_are_the_sensitivities_of_the_materials(folder):
             np.testing.assert_allclose(values.sum(axis=1), parameters.frequency[row], atol=2e-3)
 
 
+@pytest.mark.slow
 def test_one_elements_slope_is_the_difference_that_it_makes(folder):
     """The outer element of the beam as a set of its own: 1 % of its E and of its density, by differences of all elements."""
     text = pair(folder).read_text().replace(

@@ -40,6 +40,7 @@ def _tip() -> object:
     return studies.modal_dynamics(Modes([900.0, 1080.0], [0.02, 0.02], [[1.6, 0], [0, 1.5]], ("tool:+x", "tool:+y")))
 
 
+@pytest.mark.slow
 def test_a_constant_direction_is_a_tilted_plane() -> None:
     """The chamfer of the tests of tilted planes: volume, largest arc, loads and the limit of the block, by both engines."""
     leg = 3.0
@@ -76,6 +77,7 @@ def test_angles_of_the_machine_are_its_own_and_vectors_come_back_to_them(trunnio
         rotary.angles_for(np.array([0.0, 0.1, -0.995]) / np.linalg.norm([0.1, 0.995]), angles[0])
 
 
+@pytest.mark.slow
 def test_a_turn_of_the_table_alone_leaves_the_cut_as_it_is(trunnion: Machine) -> None:
     """C turned all along, at A = 0: the work turns under an upright tool, and the program's places turn with it."""
     still, turned = (_run(ANGLES.format(on="G43.4 H1", off="G49", first=0, last=0, turn=c), trunnion, spacing=1e-3)
@@ -99,6 +101,7 @@ def test_blocks_are_judged_at_their_own_poses(trunnion: Machine) -> None:
     assert any("five axes" in doubt.what for doubt in study.doubts)
 
 
+@pytest.mark.slow
 def test_the_feed_of_a_swing_is_that_of_the_edge() -> None:
     """A turn about the tip at 600 degrees a minute: the chip is thin at the tip and thick above it, and is doubted."""
     text = "S9000\nG43.5\nG0 X-2 Y10 Z-15 I-0.3 K1\nG1 I0.3 K1 F600\nG49\nG0 Z90"

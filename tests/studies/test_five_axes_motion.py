@@ -136,6 +136,7 @@ def test_a_slower_feed_takes_a_thinner_chip(trunnion: Machine) -> None:
     assert slow.blocks.loads["chip"][k] / fast.blocks.loads["chip"][k] == pytest.approx(0.106 / 9 / 0.03, rel=0.02)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("deeper", [0.0, 0.3])
 def test_a_chamfer_below_the_part_is_a_gouge_of_its_depth(deeper: float) -> None:
     """A chamfer of 3 mm by the end of a leaning tool; the part's own is set out by 0.3 mm along its normal, or is the same."""
@@ -150,12 +151,14 @@ def test_a_chamfer_below_the_part_is_a_gouge_of_its_depth(deeper: float) -> None
     assert float(gouges[0].why.split("cuts ")[1].split(" mm")[0]) == pytest.approx(deeper, rel=0.01)
 
 
+@pytest.mark.slow
 def test_a_part_that_is_gone_altogether_is_a_gouge() -> None:
     part = _prism([(0.2, -0.4), (0.2, -0.8), (0.6, -0.8), (0.6, -0.4)])
     gouges = [doubt for doubt in _run(CHAMFER.format(z=3), spacing=5e-4, part=part).doubts if doubt.what == "gouge"]
     assert len(gouges) == 1 and float(gouges[0].why.split()[0]) == pytest.approx(0.16 * 40, rel=0.3)
 
 
+@pytest.mark.slow
 def test_the_body_below_the_stock_is_named() -> None:
     """The end's rim of a tool that leans reaches deeper than its tip: 5 mm sin 45."""
     study = _run(CHAMFER.format(z=17))

@@ -60,6 +60,7 @@ def test_the_spread_is_that_of_exact_charts_of_the_same_machines() -> None:
     assert (spread.deviation[finite] > 0.02).all()
 
 
+@pytest.mark.slow
 def test_a_work_that_gives_way_takes_its_part_of_the_spread() -> None:
     """Limits beside a work that yields far more do not depend on the machine's numbers; beside a stiff one as before."""
     machine, speeds = machine_dynamics(identified_machine()), SPEEDS[1:2]

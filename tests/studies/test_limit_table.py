@@ -31,6 +31,7 @@ def table() -> LimitTable:
     return made
 
 
+@pytest.mark.slow
 def test_every_place_is_the_engines_own_limit(table):
     assert table.immersions.tolist() == [0.1, 0.25, 0.4, 0.5, 0.75, 1.0] and table.teeth == (1, 2, 3)
     for i, k in ((1, 2), (5, 1)):

@@ -56,6 +56,7 @@ def test_cusps_between_tracks_of_a_ball_are_those_of_two_circles(slope):
     assert np.allclose(marks, chip**2 / (8 * 3 * MM), rtol=1e-2)  # f^2/(8 R)
 
 
+@pytest.mark.slow
 def test_normals_of_a_ball_on_a_slope_are_those_of_the_plane():
     result = run(raster(0.4, 0.5), BALL, tip())
     normals = result.errors.floors.surface.normal

@@ -113,6 +113,7 @@ def test_a_current_tells_no_coefficient() -> None:
     assert record.is_placed and not record.unexpected.size and record.to_dict()["tangential_pa"] is None
 
 
+@pytest.mark.slow
 def test_chatter_in_a_quick_record_is_found_with_its_frequency() -> None:
     """A line at 1437 Hz in one long block, tooth passings in all: that block is named with it."""
     time, values = _record(1.0, step=2e-4, noise=5)

@@ -33,6 +33,7 @@ def _run(machine: Machine, turns: str) -> StagedStudy:
     return studies.run_stages(parse(TEXT.format(turns=turns), start=(0, 0, 0.05)), setup, machine)
 
 
+@pytest.mark.slow
 def test_the_tool_stands_along_the_plane_and_limits_are_those_of_that_pose(trunnion: Machine) -> None:
     """The cradle turns by the tilt; the limit of the block is that of the exact engine on the machine at its pose."""
     study = _run(trunnion, "J40")

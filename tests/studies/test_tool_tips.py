@@ -68,6 +68,7 @@ def chart_limit(dynamics: ToolDynamics, cut: CuttingDescription) -> float:
     return float(stability.chart(problem, np.array([4000.0])).limit[0])
 
 
+@pytest.mark.slow
 def test_each_block_has_the_limit_of_its_own_tool_on_the_machine(mill):
     study = run(mill, studies.ToolTips(shafts={3: SHAFT}, point="nose"))
     own = chart_limit(machine_dynamics(attach_tool(mill, "nose", SHAFT)), LONG)

@@ -102,6 +102,7 @@ def test_what_does_not_fit_is_told():
         studies.with_work(low, high)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("without_other_cuts")
 @pytest.mark.parametrize("kind", ["modes", "lines"])
 def test_the_command_takes_the_work_beside_every_source(tmp_path, capsys, kind):

@@ -174,7 +174,7 @@ def test_no_convergence_is_said():
     model, parameters = chain()
     problem = Problem(model, moved(parameters, [1.3, 0.7, 1.3, 0.7] * 2), Targets(measured(model).modes, shape=True))
     found = fit(problem, LeastSquares(evaluations=2))
-    assert not found.converged and "NOT converged" in found.status and "multi_start" in found.status
+    assert not found.converged and "NOT converged" in found.status and "start from the result" in found.status
 
 
 def test_a_bound_and_an_unexplained_measurement_are_said():

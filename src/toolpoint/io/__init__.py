@@ -54,8 +54,8 @@ if TYPE_CHECKING:
     from toolpoint.io.yaml.drive_file import write_gains
     from toolpoint.io.yaml.file_kinds import json_schema, kind_of, read_kind, read_tool
     from toolpoint.io.yaml.machine_file import read as read_machine
+    from toolpoint.io.yaml.machine_file import read_description, write_cutting
     from toolpoint.io.yaml.machine_file import write as write_machine
-    from toolpoint.io.yaml.machine_file import write_cutting
     from toolpoint.io.yaml.plan_file import read as read_plan
     from toolpoint.io.yaml.project_file import find_parts_without_cut, line_of_tried, read_tried
     from toolpoint.io.yaml.project_file import read as read_project
@@ -92,6 +92,7 @@ __all__ = [
     "read_components",
     "read_datasheet",
     "read_described_records",
+    "read_description",
     "read_driven_axis",
     "read_drives",
     "read_frf",
@@ -174,7 +175,7 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "yaml.component_file": ("read as read_components",),
     "yaml.drive_file": ("read as read_drives", "write_gains"),
     "yaml.file_kinds": ("json_schema", "kind_of", "read_kind", "read_tool"),
-    "yaml.machine_file": ("read as read_machine", "write as write_machine", "write_cutting"),
+    "yaml.machine_file": ("read as read_machine", "read_description", "write as write_machine", "write_cutting"),
     "yaml.plan_file": ("read as read_plan",),
     "yaml.project_file": ("find_parts_without_cut", "read as read_project", "read_tried", "line_of_tried"),
     "yaml.project_parts": ("enter_part", "name_cut"),

@@ -19,12 +19,13 @@ from toolpoint.joint_identification.joints.estimate import JointEstimate, estima
 from toolpoint.joint_identification.joints.joint_fit import Criterion, JointFit, candidates, settle_floor, stack_twists
 from toolpoint.joint_identification.joints.stiffness import ComponentMass
 from toolpoint.joint_identification.machine.bending_share import bending_share
-from toolpoint.joint_identification.machine.refined import fit_doubts, question_fit, refine_joint
+from toolpoint.joint_identification.machine.refined import FIT_OF_MACHINE, fit_doubts, question_fit, refine_joint
 from toolpoint.joint_identification.machine.rigid_machine import COUPLED
 from toolpoint.joint_identification.machine.untested_directions import question_directions, struck_wrenches
 from toolpoint.joint_identification.machine.whole_machine import WholeMachine, whole_machine, widen_softness
 from toolpoint.joint_identification.modes.modal_scale import scale_deviations
 from toolpoint.joint_identification.modes.mode_mixing import mixing_in_phase
+from toolpoint.joint_identification.motion.direction_gains import question_gains
 from toolpoint.joint_identification.motion.measured import Component, Point, component
 from toolpoint.joint_identification.motion.motion_errors import (
     column_correlation,
@@ -165,7 +166,7 @@ def identify_joints(
     aligned = _align_phase(modes)
     real = replace(aligned, shape=aligned.shape.real, shape_variance=_real_variance(aligned))
     parts, motions, place_doubts = _motions(real, points, components, method=method, deviation=deviation, criterion=criterion)
-    channel_doubts = question_channels(parts, real.dofs)
+    channel_doubts = [*question_gains(parts), *question_channels(parts, real.dofs)]
     independent, general_doubts = _count_independent(modes, parts)
     strangers_of = {name: strangers(part) for name, part in parts.items()}
     components = _drop_strangers(components, strangers_of)
@@ -194,8 +195,8 @@ def identify_joints(
             machine = widen_softness(fitted, bending_share(parts, motions, relatives, frequency=modes.frequency,
                                                            kept=fitted.modes, criterion=criterion))
         except np.linalg.LinAlgError as error:
-            doubts.append(Doubt("fit of the machine", f"it broke down ({error}): no stiffness", "check masses, chain and "
-                                "doubts"))
+            doubts.append(Doubt(FIT_OF_MACHINE, f"it broke down ({error}): no stiffness", "check masses, chain and doubts, and "
+                                "whether modes were counted twice"))
     result = JointIdentification(tuple(joints), motions, relatives, (*doubts, *place_doubts), machine)
     return _refine_joints(result, modes, struck_wrenches(modes, points, components))
 

@@ -22,6 +22,7 @@ _EDGE_NUDGE = 1e-3  # rad, from the ends of the range of a chip to its first sam
 _ARC_BISECTIONS = 10  # halvings of 6 degrees: 0.006 degrees
 _WIDE_MARGIN = 1  # further dexels on each side, whose owners are asked at the ends of an arc too
 _OUTSIDE_GAP_RATIO = 1e-6  # of the radius (and 1 mm): distance outside the edge at which material is asked for
+_TOUCH_FACTOR, _MAX_TOUCH = 1.5, 0.0087  # of the angle over which a wall that is only touched lies within that gap; rad
 _REACH_MARGIN = 1.5  # cells by which the reach is widened at first: the slices show then where the edge cuts
 _REACH_ROUNDS = 2  # largest number of times that slices are laid anew over a shorter reach, where not all of them cut
 _REACH_BISECTIONS = 6  # halvings of the slice in which the reach ends
@@ -145,6 +146,10 @@ def _keep_arc(work, tip, way, edge, ends, arcs, count):
         return count
     leave = _checked_end(work, tip, way, edge, ends[1], entry)
     if math.isnan(leave):  # only a touch at the other end, thinner than the look from this one
+        return count
+    # Along a wall that an earlier pass has left, material lies within the gap outside the edge over this angle: no chip.
+    touch = math.sqrt(2.0 * _OUTSIDE_GAP_RATIO * (edge[2] + 1e-3) / edge[2])
+    if leave - entry < min(_TOUCH_FACTOR * touch, _MAX_TOUCH):
         return count
     if count < arcs.shape[0]:
         arcs[count, 0], arcs[count, 1] = entry, leave

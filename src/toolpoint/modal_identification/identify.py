@@ -15,6 +15,14 @@ from toolpoint.modal_identification.fit.refinement import Indistinguishable
 from toolpoint.modal_identification.judgement.advice import is_smooth, remarks
 from toolpoint.modal_identification.judgement.identification import Identification, mode_quality
 from toolpoint.modal_identification.judgement.joined_setups import join_setups, question_sensor
+from toolpoint.modal_identification.judgement.moved_sensor import (
+    free_of_moved_sensor,
+    is_moved_alone,
+    is_split,
+    largest_shift,
+    merge_split_modes,
+    question_moved_sensor,
+)
 from toolpoint.modal_identification.judgement.parting import parting_remarks
 from toolpoint.modal_identification.judgement.repeated_modes import RepeatedModes, find_repeated_modes
 from toolpoint.modal_identification.judgement.resonances import Resonance, resonances
@@ -71,7 +79,7 @@ class PolyReference:
         return Start(choice.poles, choice.participation, diagram, choice.support)
 
 
-MAX_ORDER_DOUBLINGS = 2
+MAX_ORDER_DOUBLINGS, MAX_MOVED_SENSOR_ROUNDS = 2, 4
 MAX_REMAINING_FRACTION = 0.3  # of the residual, after a doubling of the order that is kept
 MIN_RESIDUAL_RATIO = 1.5  # power of the residual over the noise (third differences of lines) with resonances in it
 MIN_JUDGED_RESPONSES = 12  # fewer do not distinguish modes from misfit
@@ -111,8 +119,9 @@ def identify(frf: Frf, method: str | PoleMethod = "refined", band: tuple[float, 
         Poles that a person adds, which are refined with all others, and modes that go, of those that are found without it; the
         others stay as they are. The result and its advice say so.
     sensor_mass : float, optional
-        kg, of each sensor that was moved between set-ups. Modes that are seen once in every set-up are joined and that mass
-        is taken out of them; without it they are named in the doubts and marked.
+        kg, of each sensor that was moved between set-ups. Of one sensor it is taken out of the responses, point by point;
+        where several were moved at once, modes that are seen once in every set-up are joined and it is taken out of them.
+        Without it a mass that the frequencies show is named in the doubts.
 
     Raises
     ------
@@ -147,8 +156,37 @@ def _identify_by_fewer_references(inside: Frf, pole_method: PoleMethod, dead_not
         # where they were and are in all responses alike.
         return _transpose_result(_judge(_apply_choice(_identify_with_order(_transpose_frf(inside), pole_method, dead_notes),
                                                       pole_method, choice), pole_method))
-    return _judge(_apply_choice(_identify_with_order(inside, pole_method, dead_notes), pole_method, choice), pole_method,
-                  sensor_mass)
+    automatic, open_mass = _identify_with_order(inside, pole_method, dead_notes), sensor_mass
+    if sensor_mass is not None and (freed := _without_moved_sensor(automatic, pole_method, sensor_mass)) is not None:
+        automatic, open_mass = freed, None
+    judged = _judge(_apply_choice(automatic, pole_method, choice), pole_method, open_mass)
+    if judged.repeated is not None or judged.modes.count < automatic.modes.count:  # several sensors at once: named or joined
+        return judged
+    doubts = question_moved_sensor(judged.frf, judged.modes, sensor_mass, is_taken_out=open_mass is None)
+    return replace(judged, doubts=(*doubts, *judged.doubts))
+
+
+def _without_moved_sensor(result: Identification, pole_method: PoleMethod, mass: float) -> Identification | None:
+    """Return the identification of the responses without the mass (kg) of one sensor that was moved from point to point.
+
+    None where no driving point gives the modes a scale, where the points show that sensors did not move one by one, and where
+    the set-ups are those of several sensors at once: without the mass they show more modes, or repeat them still.
+    """
+    if not is_moved_alone(result.frf, result.modes, mass):
+        return None
+    is_repeated, freed = find_repeated_modes(result.modes) is not None, result
+    for _ in range(MAX_MOVED_SENSOR_ROUNDS):
+        merged, count_before = merge_split_modes(freed.modes), freed.modes.count
+        freed = _identify_with_order(free_of_moved_sensor(result.frf, merged, mass), pole_method, [])
+        if freed.modes.scaling != "modal A":
+            return None
+        if freed.modes.count == count_before == merged.count:
+            break
+    if freed.modes.count > result.modes.count - is_repeated or find_repeated_modes(freed.modes) is not None:
+        return None
+    note = (f"the mass of {1e3 * mass:.3g} g of the sensor is taken out of the responses, point by point: it had lowered "
+            f"frequencies by up to {100 * largest_shift(freed.modes, mass):.2g} %")
+    return replace(freed, advice=(note, *freed.advice))
 
 
 def _apply_choice(automatic: Identification, pole_method: PoleMethod, choice: PoleChoice | None) -> Identification:
@@ -188,7 +226,7 @@ def _judge(result: Identification, pole_method: PoleMethod, sensor_mass: float |
         if sensor_mass is not None:
             return _join_repeated(result, repeated, sensor_mass)
         return replace(result, repeated=repeated, doubts=(repeated.doubt(result.modes), *result.doubts))
-    if sensor_mass is not None:
+    if sensor_mass is not None and not is_split(result.modes):
         result = replace(result, doubts=(*result.doubts, *question_sensor(result.modes, sensor_mass)))
     has_crowds = is_crowded(result.modes) and len(result.frf.inputs) == 1
     if not (result.smooth or has_crowds) or result.modes.covariance is None:

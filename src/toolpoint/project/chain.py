@@ -26,8 +26,8 @@ from toolpoint.project.programs.settings import program_command, program_inputs,
 TRIED_FILE = "tried.yaml"
 CHOICES_FOLDER = "choices"  # of poles that a person chose: a file a test, of its name
 # Versions of what the steps compute: raised where results change.
-STEP_VERSIONS = {"responses": 1, "modes": 2, "joints": 2, "drift": 1, "update": 3, "machine": 1, "tip": 1, "tried": 5,
-                 "limits": 8, "changes": 2, "next": 1, "contour": 2, "program": 2}
+STEP_VERSIONS = {"responses": 1, "modes": 3, "joints": 2, "drift": 1, "update": 4, "machine": 1, "tip": 1, "tried": 5,
+                 "limits": 8, "changes": 2, "next": 1, "contour": 2, "program": 3}
 
 
 @dataclass(frozen=True)
@@ -79,12 +79,18 @@ class _ChainBuilder:
         responses = self._responses(name, test)
         if test.of != STRUCTURE:
             return None
-        options = {"band": test.band, "sensor_mass": test.sensor_mass, "whole_band": bool(test.responses)}
+        options = {"band": test.band, "sensor_mass": self._sensor_mass(test), "whole_band": bool(test.responses)}
         choice = choice_place(name)
         inputs = {"responses": responses, **({"choice": choice} if (self.root / choice).is_file() else {})}
         command = ["identify", responses, *(["--choice", choice] if "choice" in inputs else [])]
         return self._add("modes", f"modes/{name}", _late("measuring", "find_modes"), inputs, options=options,
                          outputs=("modes.h5", "modes.json"), words=f"modes of {name}", command=command)
+
+    def _sensor_mass(self, test: ProjectTest) -> float | None:
+        """Return the mass of the moved sensor (kg): that of the project, else of the channels of the test file."""
+        if test.sensor_mass is not None or test.test is None:
+            return test.sensor_mass
+        return io.read_kind(self.root / test.test, "test")[1].moved_sensor_mass
 
     def _responses(self, name: str, test: ProjectTest) -> str:
         settings = {"struck": test.struck, "pattern": test.pattern}

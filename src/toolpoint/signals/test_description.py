@@ -22,7 +22,7 @@ class ChannelDescription:
     unit), is needed where the files hold volts; a negative one turns the channel. `full_scale`: volts of the largest sample of
     a sound file. `mass` is what the sensor adds to the structure (of a force gauge, what lies between its crystal and the
     structure); it is taken off at driving points. The point ``*`` (``*:+x``) is that of a sensor whose place stands in names of
-    files as ``{output}``.
+    files as ``{output}``; its whole mass stands at each of its channels, and the identification of modes takes it out.
     """
 
     channel: str
@@ -86,6 +86,12 @@ class HammerTestDescription:
             if channel.mass and channel.dof and not channel.dof.startswith("*"):
                 masses[channel.dof] = masses.get(channel.dof, 0.0) + channel.mass
         return masses
+
+    @property
+    def moved_sensor_mass(self) -> float | None:
+        """Mass of the sensor that is moved from point to point (`*:+x`), kg: the largest of its channels, None without one."""
+        return max((channel.mass for channel in self.channels if channel.mass and (channel.dof or "").startswith("*")),
+                   default=None)
 
     def with_decisions(self, decisions: Mapping[str, bool]) -> HammerTestDescription:
         """Return the description with the decisions of a person about hits by their names (True: accepted), and no other."""

@@ -65,6 +65,9 @@ if TYPE_CHECKING:
     from toolpoint.studies.machining.five_axes.run_five_axes import run_five_axes
     from toolpoint.studies.machining.run_program import run_program
     from toolpoint.studies.machining.setup import CuttingLimits, MachiningSetup
+    from toolpoint.studies.machining.thin_walls.clamped_part import ClampedPart, describe_part
+    from toolpoint.studies.machining.thin_walls.measured_work import MeasuredWork
+    from toolpoint.studies.machining.thin_walls.work_along_program import refuse_turned_work
     from toolpoint.studies.machining.tilted_stages import compare_stages, run_stages
     from toolpoint.studies.machining.tool_tips import ToolTips
     from toolpoint.studies.measured.component_places import place_test
@@ -122,6 +125,7 @@ __all__ = [
     "BlowTone",
     "BlowVerdict",
     "Citation",
+    "ClampedPart",
     "CuttingLimits",
     "CuttingTest",
     "Dask",
@@ -133,6 +137,7 @@ __all__ = [
     "LiveTap",
     "MachiningSetup",
     "MassCalibration",
+    "MeasuredWork",
     "Measurement",
     "MillingSetup",
     "NamedMetrics",
@@ -179,6 +184,7 @@ __all__ = [
     "cuts_of_options",
     "decisive_window",
     "describe_machining",
+    "describe_part",
     "describe_shaker",
     "draw_conclusions",
     "examine_environment",
@@ -225,6 +231,7 @@ __all__ = [
     "rank_changes",
     "rank_interfaces",
     "rank_tests",
+    "refuse_turned_work",
     "response_dynamics",
     "run_drives",
     "run_five_axes",
@@ -347,6 +354,9 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "machining.setup": ("CuttingLimits", "MachiningSetup"),
     "machining.five_axes.run_five_axes": ("run_five_axes",),
     "machining.tilted_stages": ("compare_stages", "run_stages"),
+    "machining.thin_walls.clamped_part": ("ClampedPart", "describe_part"),
+    "machining.thin_walls.measured_work": ("MeasuredWork",),
+    "machining.thin_walls.work_along_program": ("refuse_turned_work",),
     "machining.tool_tips": ("ToolTips",),
     "measured.component_places": ("place_test",),
     "measured.described_test": ("study_described_records",),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, cast
 
@@ -21,6 +22,8 @@ if TYPE_CHECKING:
     from toolpoint.machine import Machine
     from toolpoint.studies.cuts.tool_dynamics import ToolDynamics
     from toolpoint.studies.machining.result import MachiningStudy
+    from toolpoint.studies.machining.thin_walls.clamped_part import ClampedPart
+    from toolpoint.studies.machining.thin_walls.measured_work import MeasuredWork
     from toolpoint.studies.machining.tilted_stages import StagedStudy
 
 StockText = Annotated[tuple[str, tuple[float, ...]], Reading(
@@ -72,6 +75,35 @@ class TipsOfTools:
         shafts = {number: io.read_shaft(path) for number, path in self.shaft}
         struck = {number: read_tip_file(path) for number, path in self.tip}
         return studies.ToolTips(struck, shafts, self.point)
+
+
+@dataclass(frozen=True)
+class YieldingWork:
+    """Work that gives way while its material goes: a clamped part by finite elements, or responses measured at stages."""
+
+    work: Annotated[SourceFile | None, Help("Machine file of the clamped part in the program's coordinates, its one body by "
+                                            "finite elements (elastic or solid): its response changes as material goes.",
+                                            needs="--held")] = None
+    held: Annotated[tuple[str, ...], Help("Interface of that body whose face is clamped; several times.", metavar="NAME",
+                                          needs="--work")] = ()
+    work_damping: Annotated[float, Help("Damping ratio of the clamped part; that of its material where left out.", above=0,
+                                        maximum=0.5, needs="--work")] = 0.0
+    stage_change: Annotated[float | None, Help("Change of a frequency at which the part is solved anew, %; 5 where left out.",
+                                               scale=0.01, minimum=0.2, maximum=50, needs="--work")] = None
+    work_response: Annotated[tuple[NumberedTool, ...], Help(
+        "Response of the work, measured, from a line of the program on (FRFs, modes); several times.",
+        metavar="LINE=FILE")] = ()
+
+    def read(self) -> ClampedPart | MeasuredWork | None:
+        """Read the work; nothing where it is rigid. Raises ToolpointError for both kinds at once."""
+        if self.work_response and self.work is not None:
+            raise ToolpointError("--work-response: given beside --work; must be one of them")
+        if self.work_response:
+            return studies.MeasuredWork({line: read_tip_file(path) for line, path in self.work_response})
+        if self.work is None:
+            return None
+        options = {} if self.stage_change is None else {"stage_change": self.stage_change}
+        return studies.describe_part(io.read_description(self.work), self.held, damping_ratio=self.work_damping, **options)
 
 
 @dataclass(frozen=True)
@@ -147,14 +179,15 @@ def machining(run: Frame, program: Annotated[SourceFile, Argument()], dynamics: 
                                          minimum=0, maximum=200)] = 8,
               write: Annotated[NewFile | None, Help("Write the program with the advised S and F, old values in comments, here; "
                                                     "implies --advice.")] = None,
-              folder: Folder = None, tips: TipsOfTools, above: ToolAbove, recorded: MachineRecord, cut: CutValues) -> None:
+              folder: Folder = None, tips: TipsOfTools, work: YieldingWork, above: ToolAbove,
+              recorded: MachineRecord, cut: CutValues) -> None:
     """Load, stability and contacts of every block of an NC program, on a machine or a measured tool tip.
 
     PROGRAM is G-code (ISO, Siemens) or Klartext of three axes, of tilted planes (G68.2, CYCLE800, PLANE SPATIAL), or of five
     axes with tool centre control (G43.4, G43.5, TRAORI, M128, TCPM). The tool and its coefficients are those of the machine
     file or the options below; the arcs of cut come from the stock.
     """
-    source, record, tips_of_tools = dynamics.read(), recorded.read(), tips.read()
+    source, record, tips_of_tools, yielding = dynamics.read(), recorded.read(), tips.read(), work.read()
     described = studies.cuts_of_options(dynamics.machine_of(source), cut)
     cuts = {number: io.read_tool(path) for number, path in tool}
     part_faces = None if part is None else io.read_surface(part)
@@ -171,6 +204,7 @@ def machining(run: Frame, program: Annotated[SourceFile, Argument()], dynamics: 
         stick_outs=dict(above.stick_outs), holder_diameter=above.holder,
         zero=dynamics.zero or {}, speed=speed, spacing=spacing, limits=limits, part=part_faces,
         drives=servo, rotary_speed=above.rotary_speed, rotary_acceleration=above.rotary_acceleration)
+    studies.refuse_turned_work(yielding, is_tilted=parsed.is_tilted, is_five_axis=parsed.is_five_axis)
     if parsed.is_tilted:
         staged = studies.run_stages(parsed, setup, source, name=program.name, text=text, lobes=lobes, folder=folder,
                                     tips=tips_of_tools,
@@ -181,7 +215,7 @@ def machining(run: Frame, program: Annotated[SourceFile, Argument()], dynamics: 
             run.write("Program", write, lambda path: io.write_program(text, changes, path, original=program))
         run.present(pages.stages_page, staged, run.warnings, notes=[*staged.doubts, *staged.notes])
         return
-    run_all = studies.run_five_axes if parsed.is_five_axis else studies.run_program
+    run_all = studies.run_five_axes if parsed.is_five_axis else partial(studies.run_program, work=yielding)
     result = run_all(parsed, setup, source, name=program.name, text=text, with_advice=with_advice or write is not None,
                      lobes=lobes, folder=folder, tips=tips_of_tools, progress=run.progress_of_parts())
     result = recorded.compare(result, record)

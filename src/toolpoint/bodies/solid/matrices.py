@@ -42,7 +42,11 @@ def _is_straight(kind: ElementKind, nodes: FloatArray) -> bool:
 
 def stiffness(kind: ElementKind, corners: FloatArray, material: Material) -> FloatArray:
     """Return element stiffnesses, shape (e, 3 nodes, 3 nodes), N/m; coordinates x, y, z of node 1, then of node 2, ..."""
-    slope, volume = gradients(kind, corners)
+    return stiffness_at(*gradients(kind, corners), material)
+
+
+def stiffness_at(slope: FloatArray, volume: FloatArray, material: Material) -> FloatArray:
+    """Return stiffnesses (e, 3 nodes, 3 nodes), N/m, by any rule: gradients (e, p, nodes, 3), 1/m, and volumes (e, p), m^3."""
     e, p, n, _ = slope.shape
     rows = slope.transpose(0, 2, 3, 1).reshape(e, 3 * n, p)
     product = ((rows * volume[:, None, :]) @ rows.transpose(0, 2, 1)).reshape(e, n, 3, n, 3)

@@ -22,6 +22,7 @@ from toolpoint.signals.test_description import ChannelDescription, HammerTestDes
 from toolpoint.vibration import Dof, Record
 
 Channels = Sequence[str | ChannelDescription]
+RATE_TOLERANCE = 1e-5  # of a sample rate, between files: what rounded times leave
 ROVING = "*"  # point of a sensor whose place the name of every file says
 
 
@@ -99,7 +100,7 @@ def read_all(paths: str | Path | Sequence[str | Path], channels: Channels = (), 
             records.append(placed if said is None else _named(placed, said[k].input, said[k].output))
             name = str(file) if names_repeat else file.name
             names.append(name if len(parts) == 1 else f"{name}#{number}")
-    _check_rates(records, names)
+    records = _at_one_rate(records, names)
     notes = [note for note in labels.notes
              if "hammer struck" not in note or (struck is None and (said is None or said[0].input is None))]
     return RecordSet(tuple(records), tuple(names), tuple(notes))
@@ -112,10 +113,13 @@ def read_test(description: HammerTestDescription, folder: str | Path) -> RecordS
         files = [path for text in part.files for path in _matching(Path(folder), text)]
         sets.append(read_all(files, description.channels, struck=part.struck, pattern=part.pattern,
                              rate=description.sample_rate))
-    records = tuple(record for some in sets for record in some.records)
     names = tuple(name for some in sets for name in some.names)
-    _check_rates(records, names)
-    return RecordSet(records, names, tuple(dict.fromkeys(note for some in sets for note in some.notes)), (),
+    records = _at_one_rate([record for some in sets for record in some.records], names)
+    notes = [note for some in sets for note in some.notes]
+    if (mass := description.moved_sensor_mass) is not None:
+        notes.append(f"the mass of {1e3 * mass:.3g} g of the moved sensor stays in the responses; the identification of modes "
+                     "takes it out (`sensor_mass`)")
+    return RecordSet(tuple(records), names, tuple(dict.fromkeys(notes)), (),
                      {name: decision == "accepted" for name, decision in description.hits.items()})
 
 
@@ -192,9 +196,11 @@ def _named(record: Record, struck: Dof | None, output: Dof | None) -> Record:
     return replace(placed, channels=tuple(output if k == motions[0] else dof for k, dof in enumerate(placed.channels)))
 
 
-def _check_rates(records: Sequence[Record], names: Sequence[str]) -> None:
+def _at_one_rate(records: Sequence[Record], names: Sequence[str]) -> list[Record]:
+    """Return the records at the rate of the first: times written with few digits give rates that differ by rounding."""
     first = records[0].sample_rate
     for record, name in zip(records, names, strict=True):
-        if not np.isclose(record.sample_rate, first, rtol=1e-6):
+        if not np.isclose(record.sample_rate, first, rtol=RATE_TOLERANCE):
             raise ToolpointError(f"{name}: {record.sample_rate:g} samples a second beside {first:g} of {names[0]}; records "
                                  "that are taken together must share one rate; resample one of them")
+    return [replace(record, sample_rate=first) for record in records]

@@ -20,6 +20,8 @@ _CLOCK = re.compile(r"(?:[\d./-]+[T ])?\s*(\d{1,2}):(\d{2}):(\d{2}(?:[.,]\d+)?)(
 _DECIMAL_COMMA = re.compile(r"^\s*[-+]?\d+,\d+\s*[;\t]")
 # Largest deviation of a time step from the mean one: a sample that is left out doubles one.
 TIME_STEP_TOLERANCE = 0.01
+MAX_ROUNDING_STEPS = 0.25  # of a time step, in the last digit of the times: coarser, a sample that is left out does not show
+MAX_TIME_DECIMALS, LATE_TIMES = 9, 100
 _HEAD = re.compile(r"^\s*\"?([^\[\](\"]+?)\s*(?:[\[(]\s*([^\])]*?)\s*[\])])?\"?\s*$")
 _TIME_UNITS = {"": 1.0, "s": 1.0, "sec": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6}
 
@@ -140,7 +142,26 @@ def _with_time(path: Path, names: list[str], units: list[str], table: FloatArray
     if is_clock and (decreasing := np.flatnonzero(np.diff(time) < -DAY / 2)).size == 1:
         time[decreasing[0] + 1:] += DAY  # over midnight
     step = (time[-1] - time[0]) / max(time.size - 1, 1)
-    if not step > 0 or np.abs(np.diff(time) - step).max() > TIME_STEP_TOLERANCE * step + 2e-6 * abs(time[-1]):
+    is_even = step > 0 and np.abs(np.diff(time) - step).max() <= TIME_STEP_TOLERANCE * step + 2e-6 * abs(time[-1])
+    if not is_even and _is_rounded(time, step):
+        # The last digit of the first and last times would be an error of the rate: all times tell it.
+        step = float(np.polyfit(np.arange(time.size), time, 1)[0])
+    elif not is_even:
         raise ToolpointError(f"{path}: time does not run evenly; must have one sample rate; resample it, and give the time "
                              "enough digits")
     return Columns(tuple(names[1:]), tuple(units[1:]), table[:, 1:], 1 / float(step), float(time[0]))
+
+
+def _is_rounded(time: FloatArray, step: float) -> bool:
+    """Whether times run evenly but for their last digit: a logger with 0.1 ms writes 1.25 ms as 0.0012 or 0.0013 s.
+
+    Every time must lie within half of the last digit of an even line; the digit is that of the last times, as numbers
+    of a fixed count of digits have fewer decimals there.
+    """
+    late = time[-LATE_TIMES:]
+    decimals = next((d for d in range(MAX_TIME_DECIMALS) if np.abs(late - np.round(late, d)).max() < 10.0**-d * 1e-4), None)
+    if decimals is None or not 0 < 10.0**-decimals <= MAX_ROUNDING_STEPS * step:
+        return False
+    count = np.arange(time.size)
+    departure = time - np.polyval(np.polyfit(count, time, 1), count)
+    return bool(np.abs(departure).max() <= 0.5 * 10.0**-decimals + TIME_STEP_TOLERANCE * step)

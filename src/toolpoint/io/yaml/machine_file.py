@@ -69,6 +69,23 @@ def read(path: str | Path) -> Machine:
         raise FileFaults(str(path), document.text, document.faults) from None
 
 
+@door("machine file")
+def read_description(path: str | Path) -> d.MachineDescription:
+    """Return what a YAML machine file describes, without building it: its meshes are read, and nothing is reduced.
+
+    Raises FileFaults with every fault of the file.
+
+    >>> from importlib.resources import files
+    >>> sorted(read_description(files("toolpoint.app") / "machines" / "three_axis_vertical.yaml").axes)
+    ['X', 'Y', 'Z']
+    """
+    document = parse(Path(path))
+    description = _description(document)
+    if document.faults or description is None:
+        raise FileFaults(str(path), document.text, document.faults)
+    return description
+
+
 def _build(description: d.MachineDescription) -> Machine:
     from toolpoint.machine.parts.build import build  # loaded for files without a fault
 

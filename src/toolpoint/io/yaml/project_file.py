@@ -24,6 +24,7 @@ from toolpoint.io.yaml.quantity_fields import AxisPosition, Scalar, Vector, faul
 from toolpoint.machine.description.project_plan import (
     ContourGoal,
     CoupledTool,
+    ProgramWork,
     ProjectChange,
     ProjectCut,
     ProjectDescription,
@@ -115,6 +116,16 @@ class SpindlePart(Part):
     curve: str = ""
 
 
+class WorkPart(Part):
+    """Work that gives way: a clamped part by finite elements, or responses from lines of the program on."""
+
+    part: str | None = None
+    held: tuple[str, ...] = ()
+    damping_ratio: Annotated[float, Scalar(units.RATIO, ge=0, le=0.5)] = 0.0
+    stage_change: Annotated[float, Scalar(units.RATIO, ge=0.002, le=0.5)] = 0.05
+    responses: dict[int, str] = {}
+
+
 class ProgramPart(Part):
     """An NC program: its file and stock, the tool, the place of its zero, what the spindle bears, a record of its run."""
 
@@ -139,6 +150,9 @@ class ProgramPart(Part):
     signal: str = ""
     efficiency: Annotated[float, Scalar(units.RATIO, ge=0.1, le=1)] = 1.0
     spindle: SpindlePart = SpindlePart()
+    rotary_speed: Annotated[float, StatedScalar(units.ANGULAR_SPEED, gt=0)] = float("inf")
+    rotary_acceleration: Annotated[float, StatedScalar(units.ANGULAR_ACCELERATION, gt=0)] = float("inf")
+    work: WorkPart | None = None
 
 
 class CouplingPart(Part):
@@ -296,8 +310,9 @@ def _project(part: ProjectFile | None, document: Document) -> ProjectDescription
 
 def _program(part: ProgramPart, cuts: Mapping[str, ProjectCut]) -> ProjectProgram:
     """Return a program of the file; its cut is the only one of the project where none is named."""
-    values = {**part.model_dump(exclude={"spindle"}), "cut": part.cut or next(iter(cuts), "")}
+    values = {**part.model_dump(exclude={"spindle", "work"}), "cut": part.cut or next(iter(cuts), "")}
     curve = read_curve(part.spindle.curve) if part.spindle.curve else ()
+    values["work"] = None if part.work is None else ProgramWork(**part.work.model_dump())
     return ProjectProgram(**values, spindle=SpindleLimits(**{**part.spindle.model_dump(), "curve": curve}))
 
 
@@ -319,6 +334,7 @@ def _check_program(name: str, entry: Mapping[str, Any], cuts: Mapping[str, Any],
     if entry.get("shafts") and not (isinstance(coupling, dict) and coupling.get("point")):
         document.fault(("programs", name, "shafts"), "need the section coupling with a point of the machine, where they begin; "
                        "on a struck gauge, couple them by toolpoint rcsa and name the responses under tips")
+    _check_work(name, entry.get("work"), document)
     stock, curve = str(entry.get("stock", "")), str((entry.get("spindle") or {}).get("curve", ""))
     try:
         read_curve(curve or "1:1")
@@ -332,6 +348,17 @@ def _check_program(name: str, entry: Mapping[str, Any], cuts: Mapping[str, Any],
     except (ToolpointError, ValueError) as error:
         document.fault(("programs", name, "stock"), f"{error}; must be box=X1,Y1,Z1,X2,Y2,Z2 or "
                                                     "cylinder=DIAMETER,BOTTOM,TOP[,X,Y] in mm, or an STL file")
+
+
+def _check_work(name: str, entry: Any, document: Document) -> None:
+    """Add the fault of a work that is described in two ways or in none, or that nothing holds."""
+    if not isinstance(entry, dict):
+        return
+    if bool(entry.get("part")) == bool(entry.get("responses")):
+        document.fault(("programs", name, "work"), "must have part (a machine file with one body by finite elements) with "
+                       "held, or responses (files by the line from which each holds)")
+    elif entry.get("part") and not entry.get("held"):
+        document.fault(("programs", name, "work"), "held: missing; name the interfaces of the part that are clamped")
 
 
 def _mappings(section: Any) -> dict[str, dict[str, Any]]:

@@ -18,6 +18,8 @@ from toolpoint.joint_identification.machine.whole_machine import WholeMachine
 _MAX_STIFFNESS_DEVIATION = 0.2  # relative standard deviation: above, a stiffness is doubted
 _MAX_FREQUENCY_ERROR = 0.02  # of a measured frequency, by the machine of a fit that explains the test
 _MAX_BENDING_SHIFT = 0.01  # relative standard deviation of a stiffness by bending components: above, it is doubted
+FIT_OF_MACHINE = "fit of the machine"  # what its doubts are about
+MIN_EXPLAINED_MAC, MIN_EXPLAINED_FRACTION = 0.8, 0.5  # of a measured shape; of the measured modes that a machine must explain
 
 
 def refine_joint(joint: JointEstimate, machine: WholeMachine) -> JointEstimate:
@@ -104,8 +106,15 @@ def fit_doubts(fit: MachineFit, machine: WholeMachine, frequency: FloatArray) ->
         frequencies = ", ".join(f"{frequency[i]:.4g}" for i in machine.lonely)
         result.append(Doubt(f"measured modes at {frequencies} Hz", "look like none of the machine's: they are left out",
                             "check them, the components and the chain"))
+    # What noise takes from a MAC is no sign of another shape.
+    likeness = fit.mac + fit.mac_noise
+    n_measured, n_explained = likeness.size + len(machine.lonely), int((likeness >= MIN_EXPLAINED_MAC).sum())
+    if n_explained < MIN_EXPLAINED_FRACTION * n_measured:
+        result.append(Doubt("the machine", f"it explains {n_explained} of {n_measured} measured modes: it is not the machine "
+                            "that was struck", "mend what the other doubts name, then measure or describe it again", grave=True,
+                            figure=1 - n_explained / n_measured))
     if fit.widened > 2.0:
-        result.append(Doubt("fit of the machine", f"it leaves {fit.widened:.3g} times the noise unexplained (probability "
+        result.append(Doubt(FIT_OF_MACHINE, f"it leaves {fit.widened:.3g} times the noise unexplained (probability "
                             f"{fit.probability:.1g}): all intervals are widened by it", "check masses, positions of points, "
                             "and whether components bend", figure=fit.widened))
     if fit.damping_excess > 10.0:
@@ -114,13 +123,12 @@ def fit_doubts(fit: MachineFit, machine: WholeMachine, frequency: FloatArray) ->
                             figure=float(np.sqrt(fit.damping_excess))))
     if fit.mass_scale is not None and fit.mass_scale.doubt:
         result.append(fit.mass_scale.doubt)
-    # What noise takes from a MAC is no sign of another shape.
-    dissimilar = list(np.flatnonzero(fit.mac + fit.mac_noise < 0.95))
+    dissimilar = list(np.flatnonzero(likeness < 0.95))
     if dissimilar:
         where = ", ".join(f"{fit.frequency[i]:.4g} Hz (MAC {fit.mac[i]:.2f})" for i in dissimilar)
         result.append(Doubt("shapes of the machine", f"those at {where} differ from the measured ones",
                             figure=1 - float(fit.mac[dissimilar].min())))
     if not fit.converged:
-        result.append(Doubt("fit of the machine", "it did not settle: its numbers are those of the last step",
+        result.append(Doubt(FIT_OF_MACHINE, "it did not settle: its numbers are those of the last step",
                             "give more modes or check the chain"))
     return result

@@ -90,6 +90,21 @@ class SpindleLimits:
 
 
 @dataclass(frozen=True)
+class ProgramWork:
+    """Work of a program that gives way: a machine file whose one body by finite elements is clamped at its interfaces `held`,
+    in the program's coordinates; or responses measured from a line of the program on.
+
+    damping_ratio : of the clamped part, 0 for that of its material; stage_change : of a frequency, at which it is solved anew.
+    """
+
+    part: str | None = None
+    held: tuple[str, ...] = ()
+    damping_ratio: float = 0.0
+    stage_change: float = 0.05
+    responses: Mapping[int, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
 class ProjectProgram:
     """NC program of a project, over its stock, on the machine of the project.
 
@@ -101,8 +116,9 @@ class ProjectProgram:
     before its first F; stick_out, holder : m, 0 where not known; stick_outs : of tools by number, m; wear_only : whether radius
     compensation corrects wear alone, as the program holds the path of the tool's centre; spacing : of the dexels, m, 0 for that
     of the smallest tool. servo : whether the project's servo follows the program; part : STL file that must not be cut into.
-    record : of the spindle's power, torque or current; signal : its name there; efficiency : power at the tool over that of the
-    record.
+    work : None where it is rigid; rotary_speed, rotary_acceleration : limits of the rotary axes of five-axis programs, rad/s
+    and rad/s^2. record : of the spindle's power, torque or current; signal : its name there; efficiency : power at the tool
+    over that of the record.
     """
 
     program: str
@@ -126,6 +142,9 @@ class ProjectProgram:
     signal: str = ""
     efficiency: float = 1.0
     spindle: SpindleLimits = SpindleLimits()
+    rotary_speed: float = float("inf")
+    rotary_acceleration: float = float("inf")
+    work: ProgramWork | None = None
 
 
 @dataclass(frozen=True)

@@ -10,9 +10,11 @@ from toolpoint._check import FloatArray
 from toolpoint._rounding import number_text
 from toolpoint.pages.remarks import with_remarks
 from toolpoint.plot import Chart, Notes, Report, Table
-from toolpoint.plot.figures.machines.screening import error_curves, error_spectrum
+from toolpoint.plot.figures.machines.screening import error_curves, error_spectrum, sphere_path
+from toolpoint.studies.accuracy.error_spheres import spheres_along
 from toolpoint.studies.accuracy.milling_accuracy import COORDINATES, MillingAccuracy, SideAccuracy
 
+LARGEST_SPHERE_SHARE = 0.04  # drawn radius of the largest sphere over the extent of the path
 _DRAWN_SIDE_SAMPLES = 3000  # samples of the middle of a side that are drawn
 
 
@@ -24,6 +26,8 @@ def accuracy_page(result: MillingAccuracy, teeth: int, warnings: Sequence[str] =
     table = Table(["side", "position, µm", "rotation, µrad", *(f"{c} rms" for c in COORDINATES)], rows,
                   "Mean radii of the error spheres, and the root mean square of every coordinate (µm, µrad)")
     report = report.with_section("Errors", table, Notes([result.numerics], "note", "Step and spacing"))
+    if all(side.path is not None for side in result.sides):
+        report = _spheres(report, result.sides, result.setup.speed / 60 * teeth)
     for side in result.sides:
         report = _side(report, side, result.setup.speed / 60 * teeth)
     return with_remarks(report, [*result.notes, f"Loads that count: {result.loads}; the other ones are left out.",
@@ -41,6 +45,23 @@ def _answer(result: MillingAccuracy) -> str:
     return (f"{begin} tool moves {number_text(1e6 * worst_side.position_error, digits=3)} µm, on average along the worst side, "
             f"{worst_side.name}{share}, and {number_text(1e6 * worst_side.rotation_error, digits=3)} µrad about its mean "
             f"deflection, which is {number_text(1e6 * mean, digits=3)} µm and taken out.")
+
+
+def _spheres(report: Report, sides: Sequence[SideAccuracy], tooth: float) -> Report:
+    """Return the report with the error spheres of all sides along the path."""
+    spheres = [spheres_along(side, tooth) for side in sides]
+    courses = np.concatenate([part.course for part in spheres])
+    # Seen along the machine's axis over which the path extends least.
+    first, second = sorted(np.argsort(-np.ptp(courses, axis=0), kind="stable")[:2].tolist())
+    centres = 1e3 * np.concatenate([part.centres for part in spheres])[:, [first, second]]
+    radii = 1e6 * np.concatenate([part.radii for part in spheres])
+    extent = 1e3 * float(np.ptp(courses, axis=0).max())
+    scale = float(f"{LARGEST_SPHERE_SHARE * extent / max(1e-3 * float(radii.max()), 1e-12):.1g}")
+    chart = sphere_path([1e3 * part.course[:, [first, second]] for part in spheres], centres, radii,
+                        axes=(f"{'xyz'[first]}, mm", f"{'xyz'[second]}, mm"), scale=scale, quantity="radius, µm")
+    times = "at the size of" if scale == 1 else f"{scale:,g} times the size of"
+    words = f"Circles are drawn {times} the mean errors that they stand for."
+    return report.with_section("Error spheres along the path", Notes([words], "note", "Scale"), Chart(chart))
 
 
 def _side(report: Report, side: SideAccuracy, tooth: float) -> Report:

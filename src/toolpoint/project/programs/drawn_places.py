@@ -135,8 +135,9 @@ def _problems(systems: DrawnSystems, judged: JudgedPlaces, tool: int, pose: int,
     """Return the problem of a tool at a pose for every draw."""
     cut, factors = judged.solver.setup.cut_of(tool), coefficient_factors(*deviation, systems)
     # A tip has no pose: its draws are the same all along the program.
-    return [problem_of(dynamics, cut, row)
-            for dynamics, row in zip(systems.drawn(judged.solver.dynamics[pose].pose), factors, strict=True)]
+    solver = judged.solver
+    return [problem_of(solver.beside_work(dynamics, pose), cut, row)
+            for dynamics, row in zip(systems.drawn(solver.dynamics[pose].pose), factors, strict=True)]
 
 
 def _judge(problem: MillingProblem, arc: tuple[float, float], *, angle: float, speed: float, depth: float

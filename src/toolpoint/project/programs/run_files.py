@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -25,8 +26,8 @@ from toolpoint.studies.machining.tilted_stages import StagedStudy
 
 @dataclass(frozen=True)
 class ProgramFiles:
-    """Files of a program: itself, and those of its stock, part, tools with their tips and shafts, servo and record, None where
-    it has none."""
+    """Files of a program: itself, and those of its stock, part, tools with their tips and shafts, servo, record, its work by
+    finite elements or the responses of it, None where it has none."""
 
     program: Path
     stock: Path | None = None
@@ -36,6 +37,8 @@ class ProgramFiles:
     shafts: tuple[Path, ...] = ()
     servo: Path | None = None
     record: Path | None = None
+    work: Path | None = None
+    responses: tuple[Path, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,21 +102,40 @@ def run_files(files: ProgramFiles, settings: Mapping[str, Any], dynamics: Machin
         stock, cut, cuts=cuts, stick_out=settings["stick_out"],
         stick_outs={int(number): length for number, length in settings["stick_outs"]}, holder_diameter=settings["holder"],
         zero=settings["zero"], speed=settings["speed"], spacing=settings["spacing"],
-        limits=studies.CuttingLimits(**settings["spindle"]), drives=servo,
+        limits=studies.CuttingLimits(**settings["spindle"]), drives=servo, **_rotary(settings),
         part=None if files.part is None or is_tilted else io.read_surface(files.part))
-    name, record = files.program.name, _read_record(files.record, settings)
+    name, record, work = files.program.name, _read_record(files.record, settings), read_work(files, settings)
+    studies.refuse_turned_work(work, is_tilted=parsed.is_tilted, is_five_axis=parsed.is_five_axis)
     if parsed.is_tilted:
         staged = studies.run_stages(parsed, setup, dynamics, name=name, text=text, lobes=lobes, progress=progress, tips=tips,
                                     with_advice=with_advice and dynamics is not None)
         if record is not None:
             staged = studies.compare_stages(staged, *record[0], **record[1])
         return ProgramRun(staged, *_deviations(files, settings), tuple(_left_out(files)), tips)
-    run_all = studies.run_five_axes if parsed.is_five_axis else studies.run_program
+    run_all = studies.run_five_axes if parsed.is_five_axis else partial(studies.run_program, work=work)
     study = run_all(parsed, setup, dynamics, name=name, text=text, lobes=lobes, tips=tips,
                     with_advice=with_advice and dynamics is not None, progress=progress)
     if record is not None:
         study = studies.compare_record(study, *record[0], **record[1])
     return ProgramRun(study, *_deviations(files, settings), tuple(_left_out(files)) if is_tilted else (), tips)
+
+
+def _rotary(settings: Mapping[str, Any]) -> dict[str, float]:
+    """Return the limits of the rotary axes that are given, rad/s and rad/s^2."""
+    names = ("rotary_speed", "rotary_acceleration")
+    return {name: value for name, value in zip(names, settings["rotary"], strict=True) if value is not None}
+
+
+def read_work(files: ProgramFiles, settings: Mapping[str, Any]) -> studies.ClampedPart | studies.MeasuredWork | None:
+    """Return the work of a program that gives way, None where it is rigid."""
+    described = settings["work"]
+    if described is None:
+        return None
+    if files.work is None:
+        return studies.MeasuredWork({int(line): read_tip_file(path)
+                                     for line, path in zip(described["responses"], files.responses, strict=True)})
+    return studies.describe_part(io.read_description(files.work), described["held"], damping_ratio=described["damping_ratio"],
+                                 stage_change=described["stage_change"])
 
 
 def read_tips(files: ProgramFiles, settings: Mapping[str, Any]) -> studies.ToolTips:

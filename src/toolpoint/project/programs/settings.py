@@ -9,7 +9,7 @@ from typing import Any
 
 from toolpoint.cutting.description import flat_values
 from toolpoint.cutting.option_words import cut_words
-from toolpoint.machine.description.project_plan import ProjectDescription, ProjectProgram
+from toolpoint.machine.description.project_plan import ProgramWork, ProjectDescription, ProjectProgram
 
 
 def program_inputs(program: ProjectProgram, servo: str | None) -> dict[str, Any]:
@@ -17,6 +17,8 @@ def program_inputs(program: ProjectProgram, servo: str | None) -> dict[str, Any]
     files = {"program": program.program, "stock": None if "=" in program.stock else program.stock, "part": program.part,
              "servo": servo if program.servo else None, "record": program.record,
              **{name: tuple(getattr(program, name).values()) or None for name in ("tools", "tips", "shafts")}}
+    if program.work is not None:
+        files |= {"work": program.work.part, "responses": tuple(program.work.responses.values()) or None}
     return {name: path for name, path in files.items() if path is not None}
 
 
@@ -32,7 +34,10 @@ def program_settings(program: ProjectProgram, project: ProjectDescription) -> di
             "coefficient_deviation": program.coefficient_deviation, "zero": dict(program.zero), "speed": program.speed,
             "first_feed": program.first_feed, "stick_out": program.stick_out,
             "stick_outs": list(program.stick_outs.items()), "wear_only": program.wear_only, "holder": program.holder,
-            "spacing": program.spacing, "signal": program.signal, "efficiency": program.efficiency, "spindle": spindle}
+            "spacing": program.spacing, "signal": program.signal, "efficiency": program.efficiency, "spindle": spindle,
+            "rotary": [value if math.isfinite(value) else None
+                       for value in (program.rotary_speed, program.rotary_acceleration)],
+            "work": None if program.work is None else {**asdict(program.work), "responses": list(program.work.responses)}}
 
 
 def program_command(program: ProjectProgram, project: ProjectDescription, source: Mapping[str, str]) -> list[str]:
@@ -56,13 +61,26 @@ def program_command(program: ProjectProgram, project: ProjectDescription, source
     for number, length in program.stick_outs.items():
         words += ["--stick-out-of", f"{number}={1e3 * length:.9g}"]
     words += ["--wear-only"] if program.wear_only else []
-    words += _spindle_words(program)
+    words += [*_spindle_words(program), *_work_words(program.work)]
+    limits = {"--rotary-speed": program.rotary_speed, "--rotary-acceleration": program.rotary_acceleration}
+    words += [word for name, value in limits.items() if math.isfinite(value) for word in (name, f"{math.degrees(value):.9g}")]
     files = {"--part": program.part, "--record": program.record, "--drives": project.servo if program.servo else None}
     words += [word for name, file in files.items() if file is not None for word in (name, file)]
     if program.record is not None:
         words += ["--signal", program.signal] if program.signal else []
         words += ["--efficiency", f"{program.efficiency:g}"] if program.efficiency != 1 else []
     return [*words, "--advice"]
+
+
+def _work_words(work: ProgramWork | None) -> list[str]:
+    """Return the options of work that gives way."""
+    if work is None:
+        return []
+    if work.part is None:
+        return [word for line, file in work.responses.items() for word in ("--work-response", f"{line}={file}")]
+    words = ["--work", work.part, *(word for name in work.held for word in ("--held", name))]
+    words += ["--work-damping", f"{work.damping_ratio:.9g}"] if work.damping_ratio else []
+    return [*words, "--stage-change", f"{100 * work.stage_change:.9g}"]
 
 
 def _spindle_words(program: ProjectProgram) -> list[str]:

@@ -26,7 +26,7 @@ def judge_program(folder: Path, program: Path, *, settings: Mapping[str, Any], d
                   stock: Path | None = None, part: Path | None = None, tools: Sequence[Path] = (), tips: Sequence[Path] = (),
                   shafts: Sequence[Path] = (), servo: Path | None = None,
                   record: Path | None = None, weights: Path | None = None, verdict: Path | None = None,
-                  checked: Path | None = None) -> StepOutcome:
+                  checked: Path | None = None, work: Path | None = None, responses: Sequence[Path] = ()) -> StepOutcome:
     """Write what the blocks of an NC program meet, and how sure that is (program.json).
 
     Without machine and tip its stability stays unknown. weights : of the draws after tried cuts; verdict, checked : what the
@@ -35,7 +35,8 @@ def judge_program(folder: Path, program: Path, *, settings: Mapping[str, Any], d
     Raises ToolpointError for a program that meets no material.
     """
     systems, dynamics = systems_of_program(machine, tip_x, tip_y, zero=settings["zero"], draws=draws, seed=seed)
-    files = ProgramFiles(program, stock, part, tuple(tools), tuple(tips), tuple(shafts), servo, record)
+    files = ProgramFiles(program, stock, part, tuple(tools), tuple(tips), tuple(shafts), servo, record, work,
+                         tuple(responses))
     run = run_files(files, settings, dynamics)
     if not any((stage.blocks.verdict > 0).any() for stage in run.stages):
         raise ToolpointError(f"{program.name}: no block cuts: the tool meets no material; mend stock or zero in project.yaml")

@@ -240,7 +240,7 @@ def mill_side(machine: Machine, side: PathSide, setup: MillingSetup, *, cut: Cut
         notes = (*judge_cut(machine, structure, setup, cut=described), *notes)
     if "cutting" in setup.loads and setup.with_force:
         notes = (*chip.doubts(setup.speed, problem.tool.teeth), *notes)
-    return replace(fine, halving=halving, notes=notes)
+    return replace(fine, halving=halving, notes=notes, path=side)
 
 
 def _with_setup(fine: SideAccuracy, side: PathSide, setup: MillingSetup, *, chip: Chip, arcs: list[tuple[float, Arc]] | None

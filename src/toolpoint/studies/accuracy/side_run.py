@@ -99,7 +99,7 @@ class SideAccuracy:
     span : when the run begins and ends, s; time : (n,) s; length : (n,) m; relative : (n, 6) elastic motion of the tip (m, rad)
     in machine axes; base : (n, 6) reaction of the base about the machine's origin, empty where it was not asked for; halving :
     relative error that step and spacing leave in the means, from runs at two and four times each (`refinement`); not a number
-    where they were not run.
+    where they were not run; path : where the lengths are.
     """
 
     name: str
@@ -111,6 +111,7 @@ class SideAccuracy:
     halving: float
     energy: EnergyBalance | None
     notes: tuple[str, ...] = ()
+    path: PathSide | None = None
 
     @property
     def duration(self) -> float:

@@ -6,16 +6,17 @@ work stand on structures that do not move each other: a thin wall in a vice, a l
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 import scipy  # its rooms load on first use
 
-from toolpoint._check import ComplexArray, FloatArray, ToolpointError
+from toolpoint._check import Array, ComplexArray, FloatArray, ToolpointError
 from toolpoint.studies.cuts.tool_dynamics import ToolDynamics
 from toolpoint.vibration import Dof, Frf, Modes, frequency_response
 
-BOTH_LABELS = (Dof("tool-work", "+x"), Dof("tool-work", "+y"))  # of the response between tool and work
+BOTH_LABELS = tuple(Dof("tool-work", way) for way in ("+x", "+y", "+z"))  # of the response between tool and work
 _HIGHEST_LINE_RATIO = 3.0  # of the highest mode: tooth passing reaches beyond it
 _LINE_COUNT_RANGE = (2000, 20000)  # of modes that are taken as lines
 _MIN_COMMON_LINES = 16  # lines that both responses cover
@@ -27,7 +28,8 @@ def with_work(tool: ToolDynamics, work: ToolDynamics) -> ToolDynamics:
     Parameters
     ----------
     tool, work : ToolDynamics
-        x of one is x of the other. Modes of both stay modes; where one is measured lines, the sum is taken at these lines.
+        x of one is x of the other. Modes of both stay modes; where one is measured lines, the sum is taken at these lines. The
+        direction z is kept where the tool's is known; a work whose response along z is not known is rigid along it.
 
     Raises
     ------
@@ -53,11 +55,32 @@ def with_work(tool: ToolDynamics, work: ToolDynamics) -> ToolDynamics:
                              "(toolpoint identify FILE -m work.h5)")
     else:
         response, faster = _joined_lines(tool, work), None
+    axial = [] if _labels(tool)[2] is None or _labels(work)[2] is not None else [
+        f"{work.what}: rigid along the tool's axis, where its response is not known"]
     note = (f"the work gives way too: {work.what} is added to {tool.what}; both are taken to stand on structures that do not "
             "move each other")
     return replace(tool, response=response, x=str(BOTH_LABELS[0]), y=str(BOTH_LABELS[1]), at_speed=faster,
                    what=f"{tool.what} and {work.what}", parts=(tool, work),
-                   notes=tuple(dict.fromkeys([*tool.notes, *work.notes, note])))
+                   notes=tuple(dict.fromkeys([*tool.notes, *work.notes, note, *axial])))
+
+
+def _labels(dynamics: ToolDynamics) -> tuple[str | None, str | None, str | None]:
+    """Return the labels along x, y (None: rigid; ``same``) and z (None: not known) of the point that is cut at."""
+    x = Dof.parse(dynamics.x)
+    axial = Dof(x.point, "+z")
+    known = dynamics.response.dofs if isinstance(dynamics.response, Modes) else [
+        dof for dof in dynamics.response.outputs if dof in dynamics.response.inputs]
+    return dynamics.x, dynamics.y, str(axial) if axial in known and axial != x else None
+
+
+def _rows_of(dynamics: ToolDynamics) -> list[tuple[int, str]]:
+    """Return the rows of the response between tool and work that a part of it fills, each with its label."""
+    return [(row, label) for row, label in enumerate(_labels(dynamics)) if label not in (None, "same")]
+
+
+def _both_labels(tool: ToolDynamics) -> tuple[Dof, ...]:
+    """Return the labels of the response between tool and work: along z too where the tool's is known."""
+    return BOTH_LABELS if _labels(tool)[2] is not None else BOTH_LABELS[:2]
 
 
 def _add_as_modes(tool: Modes, work: Modes) -> bool:
@@ -90,26 +113,35 @@ def _joined_modes(tool: ToolDynamics, work: ToolDynamics) -> Modes:
     """Return the modes of both; those of the work have opposite signs, which their products do not show."""
     shapes, participations, parts = [], [], []
     both = [part.response for part in (tool, work) if isinstance(part.response, Modes)]
-    is_mixed = len({modes.scaling for modes in both}) > 1
+    is_mixed, labels = len({modes.scaling for modes in both}) > 1, _both_labels(tool)
     for dynamics, as_given in zip((tool, work), both, strict=True):
         modes = _in_modal_a(as_given) if is_mixed else as_given
         if dynamics.y == "same":
             modes = _doubled(modes, dynamics.x)
             rows, columns = modes.shape, modes.participation
             assert columns is not None
-        else:
-            labels = [dynamics.x, *([] if dynamics.y is None else [dynamics.y])]
-            rows, columns = modes.shape_at(labels), modes.participation_at(labels)
-            empty = np.zeros((2 - len(labels), modes.count))
+            empty = np.zeros((len(labels) - 2, modes.count))
             rows, columns = np.vstack([rows, empty]), np.vstack([columns, empty])
+        else:
+            rows, columns = _spread_rows(dynamics, modes, len(labels))
         shapes.append(rows)
         participations.append(columns)
         parts.append(modes)
     frequency, damping = (np.concatenate([getattr(part, name) for part in parts]) for name in ("frequency", "damping_ratio"))
     first = parts[0]
-    return Modes(frequency, damping, np.hstack(shapes), BOTH_LABELS, first.scaling, first.damping,
-                 participation=np.hstack(participations), input_dofs=BOTH_LABELS, direct=_joined_direct(tool, work),
+    return Modes(frequency, damping, np.hstack(shapes), labels, first.scaling, first.damping,
+                 participation=np.hstack(participations), input_dofs=labels, direct=_joined_direct(tool, work),
                  notes=tuple(dict.fromkeys(note for part in parts for note in part.notes)))
+
+
+def _spread_rows(dynamics: ToolDynamics, modes: Modes, count: int) -> tuple[Array, Array]:
+    """Return shapes and participations (count, m) along x, y and, of three, z; zero where the part is rigid."""
+    placed = [(row, label) for row, label in _rows_of(dynamics) if row < count]
+    rows, names = [row for row, _ in placed], [label for _, label in placed]
+    given = modes.shape_at(names), modes.participation_at(names)
+    shape, participation = (np.zeros((count, modes.count), part.dtype) for part in given)
+    shape[rows], participation[rows] = given
+    return shape, participation
 
 
 def _joined_direct(tool: ToolDynamics, work: ToolDynamics) -> Frf | None:
@@ -118,9 +150,10 @@ def _joined_direct(tool: ToolDynamics, work: ToolDynamics) -> Frf | None:
     if not solved:
         return None
     lines = solved[0].frequency
+    labels = _both_labels(tool)
     values = sum(_plane(part if (direct := getattr(part.response, "direct", None)) is None else replace(part, response=direct),
-                        lines)[0] for part in (tool, work))
-    return Frf(lines, np.asarray(values), BOTH_LABELS, BOTH_LABELS, "receptance")
+                        lines, len(labels))[0] for part in (tool, work))
+    return Frf(lines, np.asarray(values), labels, labels, "receptance")
 
 
 def _doubled(modes: Modes, x: str) -> Modes:
@@ -128,7 +161,7 @@ def _doubled(modes: Modes, x: str) -> Modes:
     shape, participation = modes.shape_at([x]), modes.participation_at([x])
     zero = np.zeros_like(shape)
     return Modes(np.tile(modes.frequency, 2), np.tile(modes.damping_ratio, 2), np.block([[shape, zero], [zero, shape]]),
-                 BOTH_LABELS, modes.scaling, modes.damping, notes=modes.notes, input_dofs=BOTH_LABELS,
+                 BOTH_LABELS[:2], modes.scaling, modes.damping, notes=modes.notes, input_dofs=BOTH_LABELS[:2],
                  participation=np.block([[participation, zero], [zero, participation]]))
 
 
@@ -143,7 +176,8 @@ def _joined_lines(tool: ToolDynamics, work: ToolDynamics) -> Frf:
         spans = " and ".join(f"{part.frequency[0]:g} to {part.frequency[-1]:g} Hz" for part in measured)
         raise ToolpointError(f"work: {tool.what} and {work.what} have {lines.size} lines in common ({spans}); must be at least "
                              f"{_MIN_COMMON_LINES}; measure both over one band")
-    planes = [_plane(part, lines) for part in (tool, work)]
+    labels = _both_labels(tool)
+    planes = [_plane(part, lines, len(labels)) for part in (tool, work)]
     drawn = [draws for _, draws in planes if draws is not None]
     values = planes[0][0] + planes[1][0]
     draws = None
@@ -151,7 +185,7 @@ def _joined_lines(tool: ToolDynamics, work: ToolDynamics) -> Frf:
         count = min(map(len, drawn))
         draws = np.sum([np.broadcast_to(value, (count, *value.shape)) if part is None else part[:count]
                         for value, part in planes], axis=0)
-    return Frf(lines, values, BOTH_LABELS, BOTH_LABELS, "receptance", draws=draws)
+    return Frf(lines, values, labels, labels, "receptance", draws=draws)
 
 
 def _lines_of(tool: ToolDynamics, work: ToolDynamics) -> FloatArray:
@@ -162,9 +196,11 @@ def _lines_of(tool: ToolDynamics, work: ToolDynamics) -> FloatArray:
     return np.linspace(highest / _LINE_COUNT_RANGE[1], highest, int(np.clip(4 * highest / width, *_LINE_COUNT_RANGE)))
 
 
-def _plane(dynamics: ToolDynamics, lines: FloatArray) -> tuple[ComplexArray, ComplexArray | None]:
-    """Return the response (n_f, 2, 2) along x and y on some lines, zero where it is rigid, and its draws."""
-    labels = [dynamics.x, *([] if dynamics.y in (None, "same") else [dynamics.y])]
+def _plane(dynamics: ToolDynamics, lines: FloatArray, count: int) -> tuple[ComplexArray, ComplexArray | None]:
+    """Return the response (n_f, count, count) along x, y and, of three, z on some lines, zero where it is rigid, and its
+    draws."""
+    placed = [(row, label) for row, label in _rows_of(dynamics) if row < count]
+    labels = [label for _, label in placed]
     response = dynamics.response
     if isinstance(response, Modes):
         frf = frequency_response.modal(response, lines, labels, inputs=labels)
@@ -175,15 +211,15 @@ def _plane(dynamics: ToolDynamics, lines: FloatArray) -> tuple[ComplexArray, Com
                 np.clip(lines, solved.frequency[0], solved.frequency[-1])))
     else:
         frf = response.selected(labels, labels).interpolated(lines)
-    plane = _filled(frf.values, is_same=dynamics.y == "same")
-    return plane, None if frf.draws is None else _filled(frf.draws, is_same=dynamics.y == "same")
+    rows, is_same = [row for row, _ in placed], dynamics.y == "same"
+    plane = _filled(frf.values, rows, count, is_same=is_same)
+    return plane, None if frf.draws is None else _filled(frf.draws, rows, count, is_same=is_same)
 
 
-def _filled(values: ComplexArray, *, is_same: bool) -> ComplexArray:
-    """Return responses (..., k, k) of one or two directions as (..., 2, 2)."""
-    result = np.zeros((*values.shape[:-2], 2, 2), complex)
-    size = values.shape[-1]
-    result[..., :size, :size] = values
+def _filled(values: ComplexArray, rows: Sequence[int], count: int, *, is_same: bool) -> ComplexArray:
+    """Return responses (..., k, k) of some of the directions as (..., count, count)."""
+    result = np.zeros((*values.shape[:-2], count, count), complex)
+    result[..., np.array(rows)[:, None], np.array(rows)] = values
     if is_same:
         result[..., 1, 1] = values[..., 0, 0]
     return result

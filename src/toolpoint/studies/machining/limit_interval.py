@@ -41,11 +41,12 @@ class LimitInterval:
 
 def find_limit_interval(machine: Machine, poses: Sequence[ToolDynamics], arcs: PlaceArcs, *, margins: PlaceMargins,
                         pose: np.ndarray,
-                        laid: ProgramPath, piece: np.ndarray, setup: MachiningSetup, tips: ToolTips) -> LimitInterval | None:
+                        laid: ProgramPath, piece: np.ndarray, setup: MachiningSetup, tips: ToolTips,
+                        work: Sequence[ToolDynamics] = ()) -> LimitInterval | None:
     """Return the interval at the place nearest to its limit; nothing where no place has one, or the file no identified numbers.
 
     poses : dynamics of every pose; pose : index of the pose of every place of the removal; tips : those that were struck have
-    nothing of the machine's numbers, so places of their tools are left out.
+    nothing of the machine's numbers, so places of their tools are left out; work : of the work at every pose, as it is.
     """
     distance = np.abs(np.log(np.where(margins.limit > 0, margins.limit, np.nan) / arcs.depth))
     distance[~np.isfinite(distance) | np.isin(laid.tool[laid.moves.block[piece[arcs.place]]], list(tips.struck))] = np.inf
@@ -54,10 +55,11 @@ def find_limit_interval(machine: Machine, poses: Sequence[ToolDynamics], arcs: P
     m = int(np.argmin(distance))
     block = int(laid.moves.block[piece[arcs.place[m]]])
     stand = poses[int(pose[arcs.place[m]])].pose
+    part = work[int(pose[arcs.place[m]]):][:1]
     arc, depth = (float(arcs.entry[m]), float(arcs.exit[m])), float(arcs.depth[m])
 
     def solver_of(sample: Machine) -> StabilitySolver:
-        return StabilitySolver(setup, [machine_dynamics(sample, stand)], tips)
+        return StabilitySolver(setup, [machine_dynamics(sample, stand)], tips, part)
 
     def limits(sample: Machine) -> FloatArray:
         return solver_of(sample).chart(int(laid.tool[block]), 0, arc, angle=float(arcs.angle[m]),

@@ -21,6 +21,7 @@ from toolpoint.studies.machining.margins import PlaceMargins
 from toolpoint.studies.machining.program_path import ProgramPath
 from toolpoint.studies.machining.recorded.record_comparison import RecordComparison
 from toolpoint.studies.machining.setup import MachiningSetup
+from toolpoint.studies.machining.thin_walls.work_course import STAGE_HEADER, WorkCourse
 from toolpoint.studies.text_table import text_table
 
 HEADER = ("line", "verdict", "depth mm", "limit mm", "chatter Hz", "arc °", "force N", "torque N m", "power W", "rev/min",
@@ -84,6 +85,7 @@ class MachiningStudy(NotebookText):
     record: RecordComparison | None = None
     lobes: tuple[EngagementLobes, ...] = ()
     judged: JudgedPlaces | None = None
+    work: WorkCourse | None = None
 
     @property
     def chatter_blocks(self) -> np.ndarray:
@@ -158,6 +160,7 @@ class MachiningStudy(NotebookText):
         lines += [text_table("Blocks, worst first", HEADER, self.worst_rows())]
         errors = self.error_rows()
         lines += [text_table("Errors, largest first", ERROR_HEADER, errors)] if errors else []
+        lines += [text_table("Stages of the work", STAGE_HEADER, [list(row) for row in self.work.rows])] if self.work else []
         lines += [self.record.table()] if self.record is not None else []
         lines += [self.advice.words] if self.advice is not None else []
         return "\n".join(lines)
@@ -177,7 +180,8 @@ class MachiningStudy(NotebookText):
                 "collisions": [{"kind": c.kind, "line": int(self.laid.path.line[c.block]), "place_m": list(c.place),
                                 "depth_m": c.depth}
                                for c in self.removed.collisions],
-                "blocks": blocks, "record": None if self.record is None else self.record.to_dict(),
+                "blocks": blocks, "work": None if self.work is None else self.work.to_dict(),
+                "record": None if self.record is None else self.record.to_dict(),
                 "advice": None if self.advice is None else self.advice.to_dict(), "notes": list(self.notes)}
 
     def __repr__(self) -> str:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from toolpoint._check import FloatArray
+from toolpoint._check import FloatArray, fail
 from toolpoint._doubt import Doubt, doubts_among
 from toolpoint.machine import Machine
 from toolpoint.material_removal import RemovalSettings, RemovedMaterial, remove_material
@@ -31,8 +31,12 @@ from toolpoint.studies.machining.program_path import ParsedProgram, ProgramPath,
 from toolpoint.studies.machining.result import MachiningStudy
 from toolpoint.studies.machining.setup import MachiningSetup
 from toolpoint.studies.machining.solver import StabilitySolver
+from toolpoint.studies.machining.thin_walls.clamped_part import ClampedPart
+from toolpoint.studies.machining.thin_walls.measured_work import MeasuredWork
+from toolpoint.studies.machining.thin_walls.work_along_program import follow_work
 from toolpoint.studies.machining.tilted_poses import find_tilted_poses
 from toolpoint.studies.machining.tool_tips import ToolTips
+from toolpoint.vibration import Modes
 
 POSE_STEP = 0.1  # m: positions of axes within which the dynamics are taken as one pose's
 ARC_RESOLUTION = np.radians(0.1)  # rad: ends of arcs are not searched finer
@@ -44,6 +48,7 @@ NamedProgress = Callable[..., None]
 def run_program(program: ParsedProgram, setup: MachiningSetup, dynamics: Machine | ToolDynamics | None = None, *,
                 name: str = "program", text: str = "", with_advice: bool = False, lobes: int = 0,
                 folder: Path | None = None, rotation: FloatArray | None = None, tips: ToolTips | None = None,
+                work: ClampedPart | MeasuredWork | None = None,
                 progress: NamedProgress = lambda name, finished, total: None) -> MachiningStudy:
     """Return what every block of a program meets.
 
@@ -65,11 +70,15 @@ def run_program(program: ParsedProgram, setup: MachiningSetup, dynamics: Machine
         stands as its chain brings the tool there.
     tips : ToolTips, optional
         Responses of tools that are not the tool of `dynamics`.
+    work : ClampedPart or MeasuredWork, optional
+        Part that gives way too, in the coordinates of the program: by finite elements, of which the program takes material, or
+        by responses measured at stages. Rigid where left out; needs `dynamics`.
     folder : path, optional
         Where solved cuts are kept: a run that was interrupted goes on from there.
     progress : function of name, finished and total
 
-    Raises ToolpointError for a stock that no cut meets, cuts without spindle speed, tools that are not given.
+    Raises ToolpointError for a stock that no cut meets, cuts without spindle speed, tools that are not given, work that the
+    program does not meet or that stands in a tilted plane.
 
     Examples
     --------
@@ -84,6 +93,7 @@ def run_program(program: ParsedProgram, setup: MachiningSetup, dynamics: Machine
     >>> round(1e9 * result.removed.total_volume)
     800
     """
+    _check_work(work, dynamics, rotation)
     laid = lay_program(program, setup, text)
     shapes = [setup.shape_of(number) for number in laid.numbers]
     removed = remove_material(laid.moves, setup.stock, shapes,
@@ -92,7 +102,7 @@ def run_program(program: ParsedProgram, setup: MachiningSetup, dynamics: Machine
                               progress=lambda finished, total: progress("pieces cut", finished, total))
     loads, arcs = place_loads(removed, laid, setup), arcs_of_places(removed)
     margins, classes, advice, notes, doubts = None, 0, None, list(laid.remarks), list[Doubt](unit_doubts(setup.cut))
-    solver, pose, charts, judged = None, None, tuple[EngagementLobes, ...](), None
+    solver, pose, charts, judged, course = None, None, tuple[EngagementLobes, ...](), None, None
     if dynamics is not None and arcs.place.size:
         if rotation is not None and isinstance(dynamics, Machine):
             pose, poses, turns = find_tilted_poses(dynamics, removed, setup, rotation=rotation)
@@ -100,7 +110,13 @@ def run_program(program: ParsedProgram, setup: MachiningSetup, dynamics: Machine
         else:
             pose, poses = _poses(dynamics, removed, setup)
         notes += poses[0].notes
-        solver = StabilitySolver(setup, poses, tips or ToolTips())
+        if work is not None:
+            course = follow_work(work, arcs, removed=removed, laid=laid, damping=_damping_kind(poses[0]),
+                                 progress=lambda finished, total: progress("stages of the work", finished, total))
+            pose, chosen, yielding = course.joined(arcs.place, pose)
+            poses = [poses[k] for k in chosen.tolist()]
+            doubts, notes = [*doubts, *course.doubts], [*notes, *course.notes]
+        solver = StabilitySolver(setup, poses, tips or ToolTips(), () if course is None else yielding)
         isotropic = solver.is_isotropic
         notes += solver.tips.notes(poses, laid.numbers)
         doubts += solver.tips.doubts(setup, laid.numbers, poses[0])
@@ -111,7 +127,7 @@ def run_program(program: ParsedProgram, setup: MachiningSetup, dynamics: Machine
         doubts += margin_doubts(margins, arcs)
         if isinstance(dynamics, Machine):
             interval = find_limit_interval(dynamics, poses, arcs, margins=margins, pose=pose, laid=laid, piece=removed.piece,
-                                           setup=setup, tips=solver.tips)
+                                           setup=setup, tips=solver.tips, work=solver.work)
             doubts += [] if interval is None else interval.doubts
             notes += [] if interval is None else [interval.words]
         judged = JudgedPlaces(laid, removed, arcs, groups, margins, solver)
@@ -127,10 +143,10 @@ def run_program(program: ParsedProgram, setup: MachiningSetup, dynamics: Machine
     walls = wall_errors(arcs, loads, margins, laid=laid, removed=removed, setup=setup, solver=solver, pose=pose)
     if setup.drives is not None:
         progress("servo along the program", 0, 1)
-    course = follow_program(laid, removed, loads.force, setup=setup,
+    servo = follow_program(laid, removed, loads.force, setup=setup,
                             machine=dynamics if isinstance(dynamics, Machine) else None)
     floors = floor_errors(arcs, loads, margins, laid=laid, removed=removed, setup=setup, solver=solver, pose=pose)
-    errors = table_errors(walls, floors, course, arcs=arcs, laid=laid, removed=removed)
+    errors = table_errors(walls, floors, servo, arcs=arcs, laid=laid, removed=removed)
     doubts += errors.doubts
     notes += [*errors.notes, *find_rounded_corners(setup, laid)]
     blocks = table_blocks(laid, removed, loads, arcs=arcs, margins=margins)
@@ -140,7 +156,7 @@ def run_program(program: ParsedProgram, setup: MachiningSetup, dynamics: Machine
         name, setup, laid, removed, blocks, tuple(dict.fromkeys([*contacts, *doubts, *doubts_among(notes)])),
         tuple(note for note in notes if not isinstance(note, Doubt)), _arc_error(removed, laid, setup), classes,
         0 if margins is None else margins.solutions, tuple(text.splitlines()), advice, arcs, margins, errors, loads,
-        lobes=charts, judged=judged)
+        lobes=charts, judged=judged, work=course)
     return replace(study, notes=(*study.notes, *_assumptions(study)))
 
 
@@ -219,4 +235,20 @@ def _assumptions(study: MachiningStudy) -> list[str]:
             "Limits are those of groups of 2° of the arc and 15° of the feed, near a limit those of each block's own arc; "
             "positions "
             f"within {1e3 * POSE_STEP:g} mm are one pose.",
-            "The work itself is rigid: thin walls and clamping are not in the dynamics."]
+            *(["The work itself is rigid: thin walls and clamping are not in the dynamics."] if study.work is None else [])]
+
+
+def _check_work(work: ClampedPart | MeasuredWork | None, dynamics: Machine | ToolDynamics | None, rotation: FloatArray | None
+                ) -> None:
+    """Refuse work that gives way beside an unknown tool, and in a tilted plane."""
+    if work is not None and dynamics is None:
+        fail("work", "given without the dynamics of the tool", "must stand beside them: both give way together",
+             remedy="give a machine or a measured tip too")
+    if work is not None and rotation is not None:
+        fail("work", "in a tilted plane", "must be cut upright: the part's response is taken along X, Y and Z of the program")
+
+
+def _damping_kind(dynamics: ToolDynamics) -> str:
+    """Return the kind of damping that the modes of the work need to be joined with those of the tool."""
+    response = dynamics.response
+    return response.damping if isinstance(response, Modes) and response.scaling == "unit modal mass" else "viscous"

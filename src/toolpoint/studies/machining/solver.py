@@ -12,6 +12,7 @@ from toolpoint._check import FloatArray
 from toolpoint.cutting import Engagement, MillingProblem, StabilityChart, stability
 from toolpoint.machine.assembly.reduction_estimate import ReductionEstimate
 from toolpoint.studies.cuts.tool_dynamics import ToolDynamics
+from toolpoint.studies.cuts.work_dynamics import with_work
 from toolpoint.studies.machines.reduced_limits import estimate_of, question_reduction
 from toolpoint.studies.machines.tool_point import milling_problem
 from toolpoint.studies.machining.setup import MachiningSetup
@@ -28,12 +29,14 @@ MAX_KEPT_INTERVALS = 12  # stable ones of a cut: the lowest
 class StabilitySolver:
     """Solver of single cuts; the problem of each tool and pose is kept.
 
-    dynamics : of every pose; tips : of tools that have a response of their own.
+    dynamics : of every pose; tips : of tools that have a response of their own; work : of the work at every pose where it gives
+    way, none where it is rigid.
     """
 
     setup: MachiningSetup
     dynamics: Sequence[ToolDynamics]
     tips: ToolTips = field(default_factory=ToolTips)
+    work: Sequence[ToolDynamics] = ()
 
     def __post_init__(self) -> None:
         self._tips: dict[tuple[int, int], ToolDynamics] = {}
@@ -46,7 +49,7 @@ class StabilitySolver:
         """Key of this solver among others: the cuts and the dynamics of every pose."""
         digest = hashlib.sha256(repr((CONTENT_VERSION, self.setup.cut, sorted(self.setup.cuts.items()),
                                      self.tips.identity)).encode())
-        for each in self.dynamics:
+        for each in (*self.dynamics, *self.work):
             response = each.response
             arrays = (response.frequency, response.values) if isinstance(response, Frf) else (
                 response.frequency, response.damping_ratio, response.shape)
@@ -59,13 +62,18 @@ class StabilitySolver:
     def dynamics_of(self, tool: int, pose: int) -> ToolDynamics:
         """Return the dynamics of a tool at a pose."""
         if (tool, pose) not in self._tips:
-            self._tips[tool, pose] = self.tips.dynamics_of(tool, self.dynamics[pose])
+            self._tips[tool, pose] = self.beside_work(self.tips.dynamics_of(tool, self.dynamics[pose]), pose)
         return self._tips[tool, pose]
+
+    def beside_work(self, tip: ToolDynamics, pose: int) -> ToolDynamics:
+        """Return the dynamics of a tip with those of the work at a pose, the tip's own where the work is rigid."""
+        return with_work(tip, self.work[pose]) if self.work else tip
 
     @property
     def is_isotropic(self) -> bool:
         """Whether no tool answers otherwise along x than along y, so that the direction of feed plays no part."""
-        return not self.tips.shafts and all(each.y == "same" for each in (self.dynamics[0], *self.tips.struck.values()))
+        tips = (self.dynamics[0], *self.tips.struck.values())
+        return not self.work and not self.tips.shafts and all(each.y == "same" for each in tips)
 
     def problem(self, tool: int, pose: int) -> MillingProblem:
         """Return the milling problem of a tool at a pose."""

@@ -8,8 +8,9 @@ from dataclasses import replace
 import numpy as np
 from scipy.linalg import block_diag
 
-from toolpoint._check import FloatArray, fail
+from toolpoint._check import FloatArray, ToolpointError, fail
 from toolpoint.joint_identification import ComponentMass, JointIdentification
+from toolpoint.joint_identification.machine.refined import FIT_OF_MACHINE
 from toolpoint.joint_identification.machine.rigid_machine import COUPLED, ENERGY, MEASURED_RATIOS
 from toolpoint.joint_identification.machine.whole_machine import WholeMachine
 from toolpoint.machine.components import Components
@@ -67,6 +68,9 @@ def machine_of(joints: JointIdentification, components: Components, *, modes: Mo
     """
     whole_machine = joints.machine
     if whole_machine is None:
+        broken = next((doubt for doubt in joints.doubts if doubt.what == FIT_OF_MACHINE), None)
+        if broken is not None:  # masses were known: the doubt says why there is none
+            raise ToolpointError(str(broken))
         fail("joints", "no machine", "the masses of all components must be known", remedy="give every component its body")
     layouts = layouts_of(whole_machine, components)
     machine = describe_fit(whole_machine, whole_machine.fit.x, components, layouts=layouts)

@@ -15,7 +15,7 @@ from toolpoint.kinematics import Pose
 from toolpoint.machine import Machine, assemble
 from toolpoint.machine.derivatives import matrix_derivatives
 from toolpoint.studies.machines.energy_law import warn_of_energy_law
-from toolpoint.studies.measured.update_stages import fit_in_stages, fit_on_all_lines
+from toolpoint.studies.measured.update_stages import fit_from_afar, fit_in_stages, fit_on_all_lines
 from toolpoint.updating import (
     AffineSystem,
     LeastSquares,
@@ -45,6 +45,7 @@ _AFFINE_TOLERANCE = 1e-9  # of a matrix, between an affine machine and one that 
 
 # Mean power of a response over that of its noise above which the structure moves there.
 _MIN_POWER_TO_NOISE = 2.0
+MIN_FRAC_OF_A_NEAR_FIT = 0.9  # mean over the responses; peaks at other frequencies leave less
 
 
 @dataclass(frozen=True, eq=False)
@@ -282,7 +283,8 @@ def update(
     Where both are given, the modes are fitted first: they lead from far away, while responses with narrow peaks have many
     local minima; then both with the logarithms of the responses, then as the targets say. Parameters that the data
     cannot determine stay where they are and are named; the rule is applied at the start and at the results: what
-    shows only there is freed, and what does not show there goes back to where it was.
+    shows only there is freed, and what does not show there goes back to where it was. Responses that this does not explain are
+    fitted once more from starts over decades of stiffness.
 
     Parameters
     ----------
@@ -316,9 +318,17 @@ def update(
     thinned = _thin_lines(machine, parameters, task, pose)
     result = fit_on_all_lines(task, thinned, method, limit=limit, least_influence=least_influence, restarts=restarts,
                               start=start)
+    if _is_unlike(task, result):
+        result = fit_from_afar(task, thinned, result, method=method, limit=limit, least_influence=least_influence)
     result = look_again(task, result, method, sparse_problem=thinned)
     updated = machine.with_values(result.values)
     return MachineUpdate(updated, result, task, agreements(task, task.start), agreements(task, result.x))
+
+
+def _is_unlike(task: Problem, result: ParameterFit) -> bool:
+    """Whether a fit gives other responses than measured, peaks elsewhere: what masses or places that are off do not."""
+    fracs = [agreement.frac for agreement in agreements(task, result.x) if agreement.frac is not None]
+    return any(np.nanmean(frac) < MIN_FRAC_OF_A_NEAR_FIT for frac in fracs if np.isfinite(frac).any())
 
 
 def _warn_of_silent_responses(task: Problem) -> None:

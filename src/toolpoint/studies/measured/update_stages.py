@@ -9,9 +9,12 @@ import numpy as np
 
 from toolpoint._check import FloatArray
 from toolpoint.updating import LeastSquares, ParameterFit, Problem, fit, fit_with_restarts, identifiability
+from toolpoint.updating.fits.far_starts import compose_ends, find_far_ends
 from toolpoint.updating.fits.fit import is_explained
 from toolpoint.updating.identifiability import Identifiability
 
+MAX_FAR_ENDS = 4  # ends of far starts that are fitted whole
+FAR_START_WORDS = "; from a start far from the file's values"
 _MAX_STAGE_ROUNDS = 3  # repeats of the stages until the set of free parameters stays
 
 
@@ -30,10 +33,39 @@ def fit_on_all_lines(task: Problem, thinned: Problem, method: LeastSquares | Non
                                judge=judge)
     if thinned is task or not result.free:
         return result
-    last = fit(task, method, free=result.free, start=result.x)
+    return _carried_over(task, result, method)
+
+
+def fit_from_afar(task: Problem, thinned: Problem, result: ParameterFit, *, method: LeastSquares | None,
+                  limit: float | None, least_influence: float) -> ParameterFit:
+    """Return the fit, or where it does not explain responses the best of those that begin at far starts.
+
+    A joint that is a hundred times stiffer in its file moves no peak, and no slope leads from there. Far starts follow the
+    logarithms of the responses on few lines. task, thinned : as in `fit_on_all_lines`.
+    """
+    names = [name for name in task.names if ".stiffness" in name]
+    if not names or (result.converged and is_explained(result, task.assumed)):
+        return result
+    judge = _logarithmic_problem(thinned)
+    ends = find_far_ends(judge, names)
+    composed = compose_ends(judge, names, ends)
+    best = result
+    for start in ([] if composed is None else [composed]) + ends[:MAX_FAR_ENDS]:
+        other = _fit_from_modes(thinned, method, limit, least_influence, start, judge=judge, stages=(judge, thinned))
+        if other is None:
+            continue
+        other = other if thinned is task else _carried_over(task, other, method)
+        if other.converged and (not best.converged or other.chi_square < best.chi_square):
+            best = replace(other, status=other.status + FAR_START_WORDS)
+    return best
+
+
+def _carried_over(task: Problem, led: ParameterFit, method: LeastSquares | None) -> ParameterFit:
+    """Return the fit on all lines from the end of that on few."""
+    last = fit(task, method, free=led.free, start=led.x)
     start_misfit = float((task.evaluated(task.start).values ** 2).sum())
-    return replace(last, evaluations=result.evaluations + last.evaluations, start_chi_square=start_misfit,
-                   identifiability=result.identifiability, left_alone=result.left_alone)
+    return replace(last, evaluations=led.evaluations + last.evaluations, start_chi_square=start_misfit,
+                   identifiability=led.identifiability, left_alone=led.left_alone)
 
 
 def fit_in_stages(task: Problem, method: LeastSquares | None, limit: float | None, *, least_influence: float, restarts: int,
@@ -60,7 +92,7 @@ def fit_in_stages(task: Problem, method: LeastSquares | None, limit: float | Non
 
 
 def _fit_from_modes(task: Problem, method: LeastSquares | None, limit: float | None, least_influence: float, start: FloatArray,
-                    *, judge: Problem) -> ParameterFit | None:
+                    *, judge: Problem, stages: Sequence[Problem] = ()) -> ParameterFit | None:
     """Return the fit from the coordinates to which modes led, None where it does not explain the data.
 
     So near the end the logarithm is not needed: it would let lines of noise weigh as much as resonances. What is free is
@@ -71,7 +103,8 @@ def _fit_from_modes(task: Problem, method: LeastSquares | None, limit: float | N
     if not free:
         return None
     start_misfit = float((task.evaluated(task.start).values ** 2).sum())
-    result, now = _repeat_stages([task], fit(task, method, free=free, start=start), method, limit, least_influence, judge=judge)
+    first = fit(task, method, free=free, start=np.where([name in free for name in task.names], start, 0.0))
+    result, now = _repeat_stages(stages or [task], first, method, limit, least_influence, judge=judge)
     if not result.converged or not is_explained(result, task.assumed):
         return None
     return replace(result, start_chi_square=start_misfit, identifiability=verdict,

@@ -162,19 +162,20 @@ def _judged(fitted: ParameterFit, problem: Problem, gain: float, result: Optimiz
     converged = bool(stationary and np.isfinite(fitted.chi_square))
     doubts = [] if converged else [Doubt(
         "fit", f"NOT converged ({result.message.rstrip('.')}, and a step still promises {gain:.3g} of chi-square "
-        f"{fitted.chi_square:.3g})", "allow more evaluations, start from the result, or use multi_start")]
+        f"{fitted.chi_square:.3g})", "allow more evaluations, or start from the result")]
     for k, (tracking, targets) in enumerate(zip(fitted.residuals.trackings, problem.targets, strict=True)):
         doubtful = tracking.doubtful(targets.lowest_mac) if tracking else ()
         if doubtful:
             set_words = f" of set {k + 1}" if len(problem.targets) > 1 else ""
             doubts.append(Doubt(f"measured modes {', '.join(str(i + 1) for i in doubtful)}{set_words}",
                                 "no predicted partner with "
-                                f"MAC above {targets.lowest_mac:g}", "look at the pairing, try multi_start or leave them out"))
+                                f"MAC above {targets.lowest_mac:g}",
+                                "look at the pairing, start from other values, or leave them out"))
     if fitted.at_bounds:
         doubts.append(Doubt(", ".join(fitted.at_bounds), "at a bound", "widen it, or ask what the model lacks"))
     if converged and not is_explained(fitted, problem.assumed):
         doubts.append(Doubt("model", f"it does not explain the data (reduced chi-square {fitted.reduced_chi_square:.3g})",
-                            "try multi_start, other parameters, or look for what the model lacks",
+                            "start from other values, update other parameters, or look for what the model lacks",
                             figure=fitted.reduced_chi_square))
     return replace(fitted, converged=converged, status=status_of(doubts, "converged"))
 

@@ -14,22 +14,19 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from scipy.stats import qmc
 
 from toolpoint._check import FloatArray, ToolpointError
 from toolpoint._threads import on_one_thread
+from toolpoint.updating.fits.far_starts import find_far_ends
 from toolpoint.updating.fits.fit import fit
-from toolpoint.updating.fits.fit_methods import Bayesian, LeastSquares
+from toolpoint.updating.fits.fit_methods import Bayesian
 from toolpoint.updating.fits.parameter_fit import ParameterFit
 from toolpoint.updating.fits.valleys import with_valleys
 from toolpoint.updating.measured.targets import Targets
 from toolpoint.updating.parameter import Parameter
 from toolpoint.updating.problem import Problem
 
-# The search in the parameters' coordinates (from a factor 1/90 to 7: joints are softer than their files more often), points
-# where the misfit is asked for a start, evaluations of each start, minima that are refined.
-MIN_SEARCH_COORDINATE, MAX_SEARCH_COORDINATE = -4.5, 2.0
-POINTS_PER_START, EVALUATIONS_PER_START, MAX_REFINED_MINIMA = 40, 60, 4
+MAX_REFINED_MINIMA = 4  # ends of far starts that are fitted whole
 # Deviations of the search: wide, so that its valleys are.
 SEARCH_FREQUENCY_SD, SEARCH_SHAPE_SD = 0.02, 0.1
 # Cost, in the scale of chi-square, within which two minima explain the data alike; standard deviations by which they differ.
@@ -96,27 +93,15 @@ def _half_range(parameter: Parameter) -> float:
 
 
 def _ends(problem: Problem, starts: int) -> list[FloatArray]:
-    """Return where short fits from far starts end, the best first, those that are one taken once.
+    """Return where short fits from far starts end, the best first.
 
     Dampers turn neither frequencies nor shapes: they stay, and are fitted where the rest has ended.
     """
-    relaxed = problem.with_targets([_relaxed(targets) for targets in problem.targets])
     moved = [name for name in problem.names if ".damping" not in name and "loss_factor" not in name]
     if not moved:
         return []
-    moved_columns = [problem.names.index(name) for name in moved]
-    ends: list[tuple[float, FloatArray]] = []
-    for x in _far_points(relaxed, moved_columns, starts):
-        try:
-            rough = fit(relaxed, LeastSquares(evaluations=EVALUATIONS_PER_START, tolerance=1e-4), free=tuple(moved), start=x)
-        except ToolpointError:  # the model does not exist there
-            continue
-        ends.append((_cost(rough), rough.x))
-    kept: list[FloatArray] = []
-    for _, x in sorted(ends, key=lambda pair: pair[0]):
-        if all(np.abs(x - other)[moved_columns].max() > 0.1 for other in kept):
-            kept.append(x)
-    return kept[:MAX_REFINED_MINIMA]
+    relaxed = problem.with_targets([_relaxed(targets) for targets in problem.targets])
+    return find_far_ends(relaxed, moved, starts=starts)[:MAX_REFINED_MINIMA]
 
 
 def _relaxed(targets: Targets) -> Targets:
@@ -125,21 +110,6 @@ def _relaxed(targets: Targets) -> Targets:
         return targets
     modes = replace(targets.modes, covariance=None, shape_variance=None)
     return replace(targets, modes=modes, damping=False, frequency_sd=SEARCH_FREQUENCY_SD, shape_sd=SEARCH_SHAPE_SD)
-
-
-def _far_points(relaxed: Problem, moved: Sequence[int], starts: int) -> list[FloatArray]:
-    """Return the Halton points of least misfit."""
-    lower, upper = relaxed.bounds
-    points = []
-    for row in qmc.Halton(len(moved), scramble=False).random(starts * POINTS_PER_START + 1)[1:]:
-        x = relaxed.start
-        coordinates = MIN_SEARCH_COORDINATE + (MAX_SEARCH_COORDINATE - MIN_SEARCH_COORDINATE) * row
-        x[moved] = np.clip(coordinates, lower[moved], upper[moved])
-        try:
-            points.append((float((relaxed.evaluated(x).values ** 2).sum()), x))
-        except ToolpointError:
-            continue
-    return [x for _, x in sorted(points, key=lambda pair: pair[0])[:starts]]
 
 
 def _refined(problem: Problem, x: FloatArray) -> ParameterFit | None:

@@ -85,27 +85,24 @@ class PanelArnoldi:
               ) -> StabilityChart:
         """Return the chart, beginning with the panels and the roots of a near problem where `warm` has them."""
         from toolpoint.cutting.stability.panels.cost import check_affordable
-        from toolpoint.cutting.stability.panels.first import FirstLimitSearch
+        from toolpoint.cutting.stability.panels.speeds import search_chain, search_each
 
         problem, warm = require_milling(self, problem), warm or WarmStart()
         if problem.speed_variation is not None:
             refuse_overdamped("PanelArnoldi with a varying speed", problem, speeds, decay_max=MAX_PANEL_DECAY)
         check_affordable(problem, float(speeds.min()))
         warm.fit(problem, depth_max)
-        rows: list[tuple[float, ...]] = []
-        overflow, is_normal = False, True
-        settings, store = (self.nodes, self.levels, self.tolerance), warm.panels(problem)
-        expected = _expected(problem, speeds[:1], depth_max) if self.first_only else 0.0
-        subspace_sizes: dict[float, int] = {}
-        for i, speed in enumerate(speeds.tolist()):
-            search = FirstLimitSearch(settings, problem, speed, depth_max, store, warm.roots.get(speed))
-            search.subspace_sizes = subspace_sizes if self.first_only else search.subspace_sizes
-            points = search.lowest(expected) if self.first_only else search.rows()
-            rows += [(i, *row) for row in points]
-            expected = points[0][0] if points else expected
-            warm.keep_roots(speed, search.slopes)
-            overflow |= search.overflow
-            is_normal &= search.is_normal
+        settings = self.nodes, self.levels, self.tolerance
+        if self.first_only:
+            expected = _expected(problem, speeds[:1], depth_max)
+            outcomes = search_chain(settings, problem, speeds.tolist(), depth_max=depth_max, warm=warm, expected=expected)
+        else:
+            outcomes = search_each(settings, problem, speeds.tolist(), depth_max=depth_max, warm=warm)
+        rows = [(i, *row) for i, outcome in enumerate(outcomes) for row in outcome.rows]
+        for speed, outcome in zip(speeds.tolist(), outcomes, strict=True):
+            warm.keep_roots(speed, outcome.slopes)
+        overflow = any(outcome.overflow for outcome in outcomes)
+        is_normal = all(outcome.is_normal for outcome in outcomes)
         columns = np.array(rows, float).reshape(-1, 6).T
         spacing = ("bands of depths between search levels, two fifths of the limit apart, can be missed" if self.first_only else
                    spacing_note(depth_levels(problem, depth_max, self.levels, power=1.5)))

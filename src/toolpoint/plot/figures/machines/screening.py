@@ -1,5 +1,5 @@
-"""Figures of screenings: two metrics of all variants against each other, and effects with their intervals; errors along a
-path."""
+"""Figures of screenings: two metrics of all variants against each other, effects with their intervals; errors and error
+spheres along a path."""
 
 from __future__ import annotations
 
@@ -10,6 +10,8 @@ import plotly.graph_objects as go
 
 from toolpoint._check import FloatArray
 from toolpoint.plot.figures.theme import COLOURS, figure, plain
+
+SPHERE_OUTLINE_CORNERS = 36  # of a drawn error sphere
 
 
 def variant_scatter(x: FloatArray, y: FloatArray, *, labels: Sequence[str], names: tuple[str, str],
@@ -76,4 +78,29 @@ def error_spectrum(frequency: FloatArray, amplitude: FloatArray, *, names: Seque
     chart.add_vline(x=tooth, line={"dash": "dot", "width": 1}, annotation_text="tooth passing")
     chart.update_xaxes(title_text="Frequency, Hz")
     chart.update_yaxes(title_text=plain(quantity), type="log")
+    return chart
+
+
+def sphere_path(courses: Sequence[FloatArray], centres: FloatArray, radii: FloatArray, *, axes: tuple[str, str], scale: float,
+                quantity: str) -> go.Figure:
+    """Return error spheres along a path, seen along its normal: courses (k, 2) and centres (n, 2) in mm, radii (n,) in um.
+
+    Circles are the radii drawn `scale` times larger; `quantity` names them on the colour scale.
+    """
+    chart = figure("", 480)
+    for k, course in enumerate(courses):
+        chart.add_scatter(x=course[:, 0], y=course[:, 1], mode="lines", name="path", showlegend=k == 0, hoverinfo="skip",
+                          line={"width": 1, "color": COLOURS[0]})
+    turn = np.linspace(0.0, 2 * np.pi, SPHERE_OUTLINE_CORNERS + 1)
+    # Not a number ends a circle: one trace draws all of them.
+    outline = np.stack([np.append(np.cos(turn), np.nan), np.append(np.sin(turn), np.nan)], axis=1)
+    circles = (centres[:, None] + 1e-3 * scale * radii[:, None, None] * outline).reshape(-1, 2)
+    chart.add_scatter(x=circles[:, 0], y=circles[:, 1], mode="lines", name="error spheres", hoverinfo="skip",
+                      line={"width": 1, "color": COLOURS[2]})
+    chart.add_scatter(x=centres[:, 0], y=centres[:, 1], mode="markers", name="their centres", showlegend=False,
+                      marker={"size": 6, "color": radii, "colorscale": "Viridis", "showscale": True,
+                              "colorbar": {"title": {"text": plain(quantity)}, "thickness": 14}},
+                      hovertemplate="%{marker.color:.4g} µm<extra></extra>")
+    chart.update_xaxes(title_text=plain(axes[0]))
+    chart.update_yaxes(title_text=plain(axes[1]), scaleanchor="x", scaleratio=1)
     return chart

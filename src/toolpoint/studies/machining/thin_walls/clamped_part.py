@@ -1,0 +1,128 @@
+"""ClampedPart: the work of a program by finite elements, held at named faces; in the coordinates of the program."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from toolpoint._check import IndexArray, fail, positive, suggestion, within
+from toolpoint.bodies.solid import Casting, SolidModel
+from toolpoint.bodies.solid.region import SolidPlace
+from toolpoint.machine.description import MachineDescription
+from toolpoint.machine.description.body import MACHINE_FRAME
+from toolpoint.machine.description.elastic import ElasticDescription, SolidBody
+
+DEFAULT_STAGE_CHANGE = 0.05  # relative change of a natural frequency from one stage to the next
+COARSE_MESH_RATIO = 1.5  # of the mesh beside which a casting's own is judged
+_CHANGE_RANGE = (0.002, 0.5)
+
+
+@dataclass(frozen=True, eq=False)
+class ClampedPart:
+    """Part by finite elements, held at faces.
+
+    Parameters
+    ----------
+    model : SolidModel
+        In the coordinates of the program, m.
+    held : sequence of places on it
+        Their nodes do not move.
+    damping_ratio : float
+        Of all modes; from the materials' loss factors where 0.
+    stage_change : float
+        Relative change of one of the lowest natural frequencies at which a new stage begins.
+    coarse : SolidModel, optional
+        The same part in a coarser mesh (`COARSE_MESH_RATIO`): what the mesh errs by is estimated from it.
+    name : str
+
+    Raises
+    ------
+    ToolpointError
+        For no damping at all, a change beyond 0.2 to 50 %, places that are not on the model.
+
+    Examples
+    --------
+    >>> from toolpoint.bodies.solid import Casting, Cuboid, Material, PlaneFaces
+    >>> wall = Casting([Cuboid((0, 0, 0), (0.06, 0.004, 0.04))], {"body": Material(70e9, 0.33, 2700.0, 0.01)}).meshed(5e-3)
+    >>> ClampedPart(wall, (PlaneFaces((0, 0, 0), (0, 0, 1)),)).held_nodes.size
+    63
+    """
+
+    model: SolidModel
+    held: tuple[SolidPlace, ...]
+    damping_ratio: float = 0.0
+    stage_change: float = DEFAULT_STAGE_CHANGE
+    coarse: SolidModel | None = None
+    name: str = "the part"
+
+    def __post_init__(self) -> None:
+        if self.damping_ratio:
+            positive("damping_ratio", self.damping_ratio, 0.5)
+        elif not any(material.loss_factor > 0 for material in self.model.materials.values()):
+            fail("part", "no damping", "its response would be infinite at every resonance",
+                 remedy="give loss_factor to its material, or a damping ratio of the clamped part")
+        if not _CHANGE_RANGE[0] <= self.stage_change <= _CHANGE_RANGE[1]:
+            fail("stage_change", f"{self.stage_change:g}", f"must be from {_CHANGE_RANGE[0]:g} to {_CHANGE_RANGE[1]:g}")
+        if not self.held:
+            fail("held", "none", "must name a face at least that is clamped")
+
+    @property
+    def held_nodes(self) -> IndexArray:
+        """Numbers of the nodes that do not move."""
+        return self.nodes_of(self.model)
+
+    def nodes_of(self, model: SolidModel) -> IndexArray:
+        """Return the numbers of the held nodes in a mesh of the part."""
+        return np.unique(np.concatenate([piece.nodes for place in self.held for piece in place.pieces(model)]))
+
+
+def describe_part(description: MachineDescription, held: Sequence[str], *, damping_ratio: float = 0.0,
+                  stage_change: float = DEFAULT_STAGE_CHANGE) -> ClampedPart:
+    """Return the clamped part that a machine file describes: its one body with finite elements.
+
+    Parameters
+    ----------
+    description : MachineDescription
+        As `io.read_description` gives it; the machine frame is the frame of the program.
+    held : sequence of str
+        Names of interfaces of the body at which it is clamped.
+    damping_ratio, stage_change : see `ClampedPart`
+
+    Raises
+    ------
+    ToolpointError
+        For several bodies with finite elements, or none; for interfaces that the body does not have.
+
+    Examples
+    --------
+    >>> from toolpoint.machine.description import BodyDescription, JointDescription, MachineDescription
+    >>> from toolpoint.machine.description.elastic import CastingBox, PatchDescription, PlaneDescription
+    >>> foot = PatchDescription(plane=PlaneDescription((0, 0, 0), (0, 0, 1)))
+    >>> wall = ElasticDescription((CastingBox((0, 0, 0), (0.06, 0.004, 0.04)),), {"foot": foot}, 1e4, 5e-3)
+    >>> clamp = {"clamp": JointDescription("ground", "wall")}
+    >>> file = MachineDescription("wall", {"wall": BodyDescription(elastic=wall)}, clamp)
+    >>> describe_part(file, ["foot"]).model.element_count
+    96
+    """
+    bodies = {name: body for name, body in description.bodies.items() if body.elastic is not None or body.solid is not None}
+    if len(bodies) != 1:
+        fail("part", f"{description.name}: bodies with finite elements: {', '.join(bodies) or 'none'}",
+             "must be one, with the key elastic or solid", remedy="the work stands in a file of its own")
+    name, body = next(iter(bodies.items()))
+    if body.frame != MACHINE_FRAME:
+        fail("part", f"{name}: has a frame of its own", "must stand in the coordinates of the program",
+             remedy="leave `frame` out, and give its boxes or its mesh where the program cuts it")
+    described: ElasticDescription | SolidBody | None = body.elastic if body.elastic is not None else body.solid
+    assert described is not None
+    places = []
+    for each in held:
+        if each not in described.interfaces:
+            fail("held", repr(each), f"must be an interface of {name}: {', '.join(described.interfaces) or 'it has none'}",
+                 remedy=suggestion(each, list(described.interfaces)))
+        places.append(within(f"interfaces.{each}", lambda part: part.place, described.interfaces[each]))
+    coarse = None
+    if isinstance(described, ElasticDescription) and isinstance(described.casting, Casting):
+        coarse = described.casting.meshed(COARSE_MESH_RATIO * described.mesh_size)
+    return ClampedPart(described.model, tuple(places), damping_ratio, stage_change, coarse, description.name)

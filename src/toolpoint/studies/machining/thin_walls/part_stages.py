@@ -1,0 +1,145 @@
+"""Stages of a part while its material goes: chosen so that its natural frequencies change little from one to the next."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from toolpoint._check import FloatArray, IndexArray, fail
+from toolpoint.bodies.solid.cut_solid import CutSolid, CutState
+from toolpoint.bodies.solid.element_places import ElementPlaces, locate
+from toolpoint.studies.machining.thin_walls.clamped_part import COARSE_MESH_RATIO, ClampedPart
+from toolpoint.vibration.sparse import factorise, modes
+from toolpoint.vibration.sparse.factorisation import Factorisation
+
+MODE_COUNT = 12  # of every stage; what lies above answers at once
+JUDGED_MODES = 4  # the lowest, whose frequencies choose the stages
+MAX_STAGES = 48  # of a program
+_MESH_ORDER = 2  # least order at which frequencies converge with the mesh: the estimate is no bound
+
+
+@dataclass(frozen=True, eq=False)
+class PartStage:
+    """Part when `piece` pieces of the path have been cut: frequency (m,), Hz, damping ratio (m,), shapes (coordinates, m) of
+    unit modal mass, zero where held or cut away."""
+
+    piece: int
+    state: CutState
+    frequency: FloatArray
+    damping_ratio: FloatArray
+    shapes: FloatArray
+
+    def solver(self) -> Factorisation:
+        """Return the factors of its stiffness."""
+        return factorise(self.state.stiffness, coordinates=self.state.coordinates)
+
+    def locate(self, cut: CutSolid, places: FloatArray) -> ElementPlaces:
+        """Return where places (n, 3), m, are among the elements with material."""
+        return locate([(block.kind, block.nodes[active], block.corners[active])
+                       for block, active in zip(cut.blocks, self.state.active, strict=True)], places)
+
+
+def solve_stage(cut: CutSolid, part: ClampedPart, piece: int) -> PartStage:
+    """Return the modes of the part when so many pieces have been cut."""
+    state = cut.at(piece)
+    inverse = factorise(state.stiffness, coordinates=state.coordinates)
+    number = min(MODE_COUNT, max(state.free.size // 3 - 1, 1))
+    pairs = modes(state.stiffness, state.mass, number, shift=0, inverse=inverse, is_counted=False,
+                  coordinates=state.coordinates)
+    vectors, omega = pairs.vectors[:, :number], 2 * np.pi * pairs.frequency[:number]
+    loss = np.einsum("nm,nm->m", vectors, state.loss @ vectors)
+    ratio = np.full(number, part.damping_ratio) if part.damping_ratio else loss / (2 * omega**2)
+    shapes = np.zeros((cut.model.size, number))
+    shapes[state.free] = vectors
+    return PartStage(piece, state, omega / (2 * np.pi), ratio, shapes)
+
+
+def largest_change(earlier: PartStage, later: PartStage) -> float:
+    """Return the largest relative change of the lowest natural frequencies between two stages."""
+    count = min(JUDGED_MODES, earlier.frequency.size, later.frequency.size)
+    return float(np.abs(np.log(later.frequency[:count] / earlier.frequency[:count])).max())
+
+
+@dataclass(frozen=True, eq=False)
+class StageCourse:
+    """Stages of a part in their order; change : largest relative change of a frequency between neighbours, (stages - 1,);
+    is_capped : whether more would have been needed."""
+
+    cut: CutSolid
+    stages: tuple[PartStage, ...]
+    change: FloatArray
+    is_capped: bool
+
+    def stage_of(self, pieces: IndexArray) -> IndexArray:
+        """Return the stage that stands for the part while each of the pieces is cut: the nearer by the removed volume."""
+        begins = np.array([stage.piece for stage in self.stages])
+        following = np.clip(np.searchsorted(begins, pieces, side="right"), 1, max(len(begins) - 1, 1))
+        if len(begins) == 1:
+            return np.zeros(len(pieces), np.int64)
+        gone, taken = self._removed(begins), self._removed(np.asarray(pieces))
+        is_later = gone[following] - taken < taken - gone[following - 1]
+        return np.where(is_later, following, following - 1)
+
+    def _removed(self, pieces: IndexArray) -> FloatArray:
+        return removed_before(self.cut, pieces)
+
+
+def removed_before(cut: CutSolid, pieces: IndexArray) -> FloatArray:
+    """Return the volume of a part that is gone before each of the pieces of the path, m^3, by its samples."""
+    times, volumes = list[IndexArray](), list[FloatArray]()
+    for block in cut.blocks:
+        whole, samples = block.time >= 0, block.line_times.reshape(block.mixed.size, -1)
+        times += [block.time[whole], samples.ravel()]
+        volumes += [block.volumes[whole], np.repeat(block.volumes[block.mixed] / max(samples.shape[1], 1), samples.shape[1])]
+    time, volume = np.concatenate(times), np.concatenate(volumes)
+    order = np.argsort(time, kind="stable")
+    total = np.concatenate([[0.0], np.cumsum(volume[order])])
+    return np.asarray(total[np.searchsorted(time[order], pieces)])
+
+
+def choose_stages(part: ClampedPart, cut: CutSolid, progress: Callable[[int, int | None], None] = lambda done, total: None
+                  ) -> StageCourse:
+    """Return the stages of a part under a path: halved by removed volume until each changes less than `stage_change`.
+
+    Raises ToolpointError where the path takes nothing of the part.
+    """
+    if not cut.events.size:
+        fail("part", "no material of it is cut", "must be met by the program",
+             remedy="give it in the coordinates of the program, in m (its file says the unit)")
+    solved = {piece: solve_stage(cut, part, piece) for piece in (0, cut.sweep.count)}
+    waiting, is_capped = [(0, cut.sweep.count)], False
+    while waiting:
+        begin, end = waiting.pop(0)
+        if largest_change(solved[begin], solved[end]) <= part.stage_change:
+            continue
+        # A stage begins behind a piece that took something; the pieces between two events leave the part as it is.
+        between = cut.events[(cut.events >= begin) & (cut.events < end - 1)] + 1
+        between = between[(between > begin) & (between < end)]
+        if not between.size:
+            continue
+        if len(solved) >= MAX_STAGES:
+            is_capped = True
+            break
+        removed = removed_before(cut, np.concatenate([[begin], between, [end]]))
+        middle = int(between[np.abs(removed[1:-1] - 0.5 * (removed[0] + removed[-1])).argmin()])
+        progress(len(solved), None)
+        solved[middle] = solve_stage(cut, part, middle)
+        waiting += [(begin, middle), (middle, end)]
+    stages = tuple(solved[piece] for piece in sorted(solved))
+    change = np.array([largest_change(a, b) for a, b in pairwise(stages)])
+    return StageCourse(cut, stages, change, is_capped)
+
+
+def estimate_mesh_error(part: ClampedPart, course: StageCourse) -> float | None:
+    """Return the relative error of the lowest frequencies of the last stage by the mesh, from a coarser one; None without one.
+
+    An estimate: of frequencies that converge with the square of the mesh size.
+    """
+    if part.coarse is None:
+        return None
+    coarse = CutSolid(part.coarse, part.nodes_of(part.coarse), course.cut.sweep)
+    last = solve_stage(coarse, part, course.cut.sweep.count)
+    return largest_change(course.stages[-1], last) / (COARSE_MESH_RATIO**_MESH_ORDER - 1)
