@@ -146,6 +146,8 @@ def test_several_unlabelled_responses_are_points_and_said(tmp_path):
 @pytest.mark.parametrize(("head", "columns", "words"), [
     ("Hz,Magnitude [m/N],Coherence", [LINES, np.abs(TRUE), np.ones(LINES.size)], "no column of phase"),
     ("Hz,Phase [deg],Magnitude", [LINES, np.degrees(np.angle(TRUE)), np.abs(TRUE)], "its other part"),
+    ("Zeit_ms,Kraft_N,a_g", [LINES, TRUE.real, TRUE.imag], "times are of a record"),  # a record of a hammer, no response
+    ("t,F,a", [LINES, TRUE.real, TRUE.imag], "times are of a record"),
     ("Time [s],Real,Imag", [LINES, TRUE.real, TRUE.imag], "must be a frequency"),
     ("Hz,Real [um],Imag [um]", [LINES, TRUE.real, TRUE.imag], "no motion over force"),
     ("Hz,Real [V/V],Imag [V/V]", [LINES, TRUE.real, TRUE.imag], "no motion over force"),

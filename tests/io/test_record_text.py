@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from toolpoint import ToolpointError
+from toolpoint.io.measured.record_signs import holds_records
 from toolpoint.io.text import record_table
 
 
@@ -36,6 +37,7 @@ def test_a_column_of_any_name_is_read_in_its_unit(tmp_path):
     ("Time [s],Fx [N],Fy [N]\n0,1.5,-2\n0.001,2.5,-3\n0.002,3.5,-4\n", "utf-8"),
     ("Zeit [ms];Fx [kN];Fy [kN]\n0;0,0015;-0,002\n1;0,0025;-0,003\n2;0,0035;-0,004\n", "latin-1"),
     ("Dynamometer\nTime\tFx\tFy\ns\tN\tN\n0\t1,5\t-2\n0,001\t2,5\t-3\n0,002\t3,5\t-4\n", "utf-16"),
+    ("Zeit_ms;Fx_kN;Fy_N\n0;0,0015;-2\n1;0,0025;-3\n2;0,0035;-4\n", "utf-8"),
     ("time;Fx;Fy\n[ms];[kN];[N]\n0;0.0015;-2\n1;0.0025;-3\n2;0.0035;-4\n", "utf-8")])
 def test_one_record_written_in_the_ways_of_programs_is_one_record(tmp_path, text, encoding):
     """Semicolons with decimal commas, a line of units, UTF-16: what spreadsheets and acquisition programs write."""
@@ -43,6 +45,16 @@ def test_one_record_written_in_the_ways_of_programs_is_one_record(tmp_path, text
     record = record_table.read(tmp_path / "r.txt")
     np.testing.assert_allclose(record.samples, [[1.5, -2], [2.5, -3], [3.5, -4]], rtol=1e-12)
     assert record.sample_rate == pytest.approx(1000) and record.quantities == ("force", "force")
+
+
+@pytest.mark.parametrize(("head", "is_record"), [
+    ("Zeit;Kraft;Beschleunigung", True), ("Zeit_ms;Kraft_N;a_g", True), ("Zeit [s];Kraft [N];a [m/s²]", True),
+    ("Frequenz;Real;Imag", False)])
+def test_a_record_with_decimal_commas_is_told_from_responses_by_its_first_name(tmp_path, head, is_record):
+    """A comma of a decimal parts no columns: three names fit three numbers."""
+    path = tmp_path / "r.csv"
+    path.write_text(f"{head}\n0,0001;0,2465;-2,79403\n0,0002;0,0991;-3,62716\n", encoding="utf-8")
+    assert holds_records(path) == is_record
 
 
 def test_columns_of_g_are_accelerations_in_si(tmp_path):

@@ -20,3 +20,9 @@ def test_imperial_sizes_are_those_of_the_definitions():
     assert "0.45359 kg" in units.nearest("lb")
     assert f"{0.45359237 * 9.80665:.5g} N" in units.nearest("lbf")
     assert f"{0.45359237 * 9.80665 / 0.0254**2:.5g} Pa" in units.nearest("psi")
+
+
+@pytest.mark.parametrize("text", ["30 Grad", "30 grad", "180 degrees"])
+def test_a_degree_of_another_language_is_no_billion_of_radians(text):
+    with pytest.raises(units.UnitError, match="did you mean 'deg'"):
+        units.quantity(text, units.ANGLE)

@@ -49,11 +49,18 @@ def test_modes_are_paired_by_frequency_and_springs_judged_by_their_intervals():
     assert any("by the nearest frequency" in doubt for doubt in difference.doubts)
 
 
+def test_a_step_that_is_computed_in_another_way_is_doubted():
+    older, newer = (KeptState(str(version), "", {"step_versions": {"joints": version, "machine": 1}}) for version in (1, 2))
+    (doubt,) = [doubt for doubt in StateDifference(older, newer).doubts if "another way" in doubt]
+    assert doubt.what == "steps joints" and "nothing was changed" in StateDifference(older, newer).summary
+
+
 def test_a_coefficient_that_five_steps_take_is_listed_once_by_its_place_in_the_project_file():
     def options(tangential, deviation):
         cut = {"values": {"tangential": tangential, "teeth": 4}, "deviation": deviation}
         return {"options": {"limits/rough": {"cut": cut, "cut_name": "face", "draws": 20}, "changes": {"cuts": {"face": cut}},
-                            "tried/tip": {"cuts": {"face": cut}}, "tip/face": {"values": cut["values"]},
+                            "tried/tip": {"cuts": {"face": cut}, "has_poses": not deviation},
+                            "tip/face": {"values": cut["values"]},
                             "program/part": {"settings": {"cut": cut, "cut_name": "face", "speed": 1200.0}}}}
 
     states = [KeptState(key, key, options(*numbers)) for key, numbers in (("1", (8e8, None)), ("2", (9e8, 0.05)))]

@@ -132,6 +132,14 @@ def test_next_cut_is_where_the_outcome_is_open():
     assert 0.1 < cut.stable_probability < 0.9 and cut.width_ratio < 0.95
 
 
+def test_a_cut_that_was_made_is_not_proposed_again():
+    limits, weights = draw_limits(MachineDraws(build(slide()), 30, 1), question()), np.full(30, 1 / 30)
+    first = choose_cut(limits, weights)
+    second = choose_cut(limits, weights, [(first.speed, first.depth)])
+    assert abs(second.depth / first.depth - 1) > 0.03 and second.width_ratio >= first.width_ratio
+    assert choose_cut(limits, weights, [(0.9 * first.speed, first.depth)]) == first
+
+
 def test_soft_joint_is_the_first_to_change():
     stiff = JointDescription("head", "spindle", stiffness={"x": 4e9, "y": 4e9}, loss_factor=0.04)
     spindle = BodyDescription(20.0, inertia=InertiaDescription(1.0, 1.0, 1.0))

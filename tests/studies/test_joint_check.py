@@ -1,8 +1,12 @@
 """Identified machine beside its own test: a doubt names what differs, and that alone."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
+from toolpoint._doubt import Doubt
+from toolpoint.studies.measured.joint_study import JointStudy
 from toolpoint.studies.measured.machine_check import MachineCheck
 from toolpoint.vibration import Modes
 
@@ -23,6 +27,16 @@ def test_a_machine_that_gives_back_its_test_is_not_doubted():
 def test_what_differs_is_named_and_what_agrees_is_not(change, words):
     (doubt,) = check(**change).doubts
     assert doubt.why == f"is not the measured one: {words}" and doubt.remedy
+
+
+def test_a_doubt_of_several_joints_is_said_once_with_all_of_them():
+    turned, soft = Doubt("points [18]", "do not move with bed"), Doubt("stiffness", "is known within 60 % only")
+    joints = [SimpleNamespace(parent=parent, child=child, doubts=doubts) for parent, child, doubts in (
+        ("ground", "bed", (turned,)), ("bed", "column", (turned, soft)))]
+    identified = SimpleNamespace(joints=joints, doubts=(), machine=None)
+    study = JointStudy(identified, None, None, None, None)
+    assert study.doubts == ("ground - bed, bed - column: points [18]: do not move with bed",
+                            "bed - column: stiffness: is known within 60 % only")
 
 
 def test_a_measured_mode_without_a_partner_is_named_with_its_frequency():

@@ -211,6 +211,9 @@ def test_no_view_asks_another_host_overflows_a_phone_is_faint_or_fails(demo, ser
                 wait(page, "window.Workbench.moves > 0")  # their first numbers come after the view
             assert page.evaluate("document.documentElement.scrollWidth") <= width, view
             assert page.evaluate("document.querySelector('.answer').innerText.length") > 20, view
+            left, right = page.evaluate("(({left, right}) => [left, right])(document.querySelector('#wb-nav [aria-current]')"
+                                        ".getBoundingClientRect())")
+            assert left >= 0 and right <= width, f"the name of {view} lies beyond the edge"
             assert faint_texts(page) == [], view
         own = (server.address.split("#")[0], "data:", "blob:")
         assert page.errors == [] and all(url.startswith(own) for url in page.requests)
@@ -242,6 +245,9 @@ def test_words_are_complete_in_english_and_german(demo, serve, tab):
     page = tab(serve(demo).address, locale="de-DE")
     ready(page, "project")
     assert page.evaluate("document.documentElement.lang") == "de" and "Projekt rechnen" in page.inner_text("main")
+    # What the package says is English, and the page says so, to screen readers too.
+    assert "englischer Sprache" in page.inner_text("#wb-foot")
+    assert page.evaluate("[...document.querySelectorAll('.answer, .wb-doubts li')].every((node) => node.lang === 'en')")
 
 
 def test_a_written_folder_opens_without_a_server(demo, tab, tmp_path):

@@ -10,7 +10,7 @@ from concurrent.futures import ThreadPoolExecutor
 import pytest
 
 from toolpoint import ToolpointError, ToolpointWarning
-from toolpoint.project import Project, change_machine
+from toolpoint.project import Project, TriedCut, change_machine
 from toolpoint.project.engine.outlook import FRESH, NEVER_RUN, STALE
 from toolpoint.workbench.state.desk import Desk
 from toolpoint.workbench.state.events import KEPT_EVENTS, EventLog
@@ -178,6 +178,11 @@ def test_the_page_gives_the_numbers_of_the_studies(folder):
     interval = machine_deed(desk, "interval", MachineRequest.of({"speed": 1200, "cut": "face", "cut_values": {"depth": 0.004}}))
     ends = limits.interval(np.full(20, 1 / 20))[:, 0]
     assert [interval["lower_m"], interval["upper_m"]] == pytest.approx(list(ends), rel=1e-12)
+    uncounted = "the interval: does not count the cuts that were tried"
+    assert not any(text.startswith(uncounted) for text in interval["doubts"])
+    Project.open(folder).report_cut(TriedCut(1200.0, 5e-3, True))  # and not run since
+    interval = machine_deed(desk, "interval", MachineRequest.of({"speed": 1200, "cut": "face"}))
+    assert any(text.startswith(uncounted) for text in interval["doubts"]) and not interval["is_weighed"]
 
 
 def test_the_map_of_limits_is_that_of_the_study_and_teeth_are_whole(folder, monkeypatch):

@@ -89,6 +89,7 @@ def virtual_update_page(result: VirtualUpdate, text: str, name: str, *, warnings
 
 def shape_factor(video: VideoStudy, mode: int, share: float = DRAWN_MOTION_FRACTION) -> float:
     """Return the factor at which the largest motion of a mode is a share of the picture's longer side."""
+    # A window that hardly sees the mode has its largest motion from noise: the factor is that of clear windows.
     is_clear = video.shapes.deviation().max(axis=1)[:, mode] < 0.2 * np.abs(video.shapes.shape[:, :, mode]).max()
     motion = np.sqrt((np.abs(video.shapes.shape[:, :, mode]) ** 2).sum(axis=1))
     largest = float(motion[is_clear].max()) if is_clear.any() else float(motion.max())
@@ -150,6 +151,7 @@ def _shape_parts(video: VideoStudy, warp: ShapeWarp, mode: int, picture: bytes) 
 
 def _real_phase(video: VideoStudy, mode: int) -> complex:
     """Return the turn that makes the shape real where it is largest."""
+    # Each square turns by twice its phase, whatever the sign of the motion; windows count by what they know.
     square = (video.shapes.shape[:, :, mode] ** 2 / np.maximum(video.shapes.deviation()[:, :, mode] ** 2, 1e-12)).sum()
     return complex(np.exp(-0.5j * np.angle(square)))
 
@@ -178,6 +180,7 @@ def _clip_pictures(video: VideoStudy, step: int) -> Iterator[np.ndarray]:
 def _shrink(frame: np.ndarray) -> np.ndarray:
     """Return a frame of at most `MAX_PICTURE_SIDE` pixels, by means of whole blocks."""
     picture = eight_bits(frame)
+    # Rounded up: a picture one pixel too large is halved, not left as it is.
     side = -(-max(picture.shape[:2]) // MAX_PICTURE_SIDE)
     if side == 1:
         return picture

@@ -26,8 +26,8 @@ from toolpoint.project.programs.settings import program_command, program_inputs,
 TRIED_FILE = "tried.yaml"
 CHOICES_FOLDER = "choices"  # of poles that a person chose: a file a test, of its name
 # Versions of what the steps compute: raised where results change.
-STEP_VERSIONS = {"responses": 1, "modes": 2, "joints": 2, "drift": 1, "update": 4, "machine": 1, "tip": 1, "tried": 5,
-                 "limits": 8, "changes": 2, "next": 1, "contour": 1, "program": 3}
+STEP_VERSIONS = {"responses": 1, "modes": 3, "joints": 2, "drift": 1, "update": 4, "machine": 1, "tip": 1, "tried": 6,
+                 "limits": 9, "changes": 2, "next": 1, "contour": 2, "program": 3}
 
 
 @dataclass(frozen=True)

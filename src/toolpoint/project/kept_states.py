@@ -113,7 +113,8 @@ def _content(folder: Path, steps: Sequence[ProjectStep], records: Sequence[StepR
                if not place.startswith("results/")}
     return {"goals": {name: {key: goal.get(key) for key in _GOAL_NUMBERS} for name, goal in goals.items()},
             "modes": _modes(folder, steps), "springs": _springs(folder, steps), "sources": sources,
-            "options": {record.step: record.parts.options for record in records}, "version": toolpoint.__version__}
+            "options": {record.step: record.parts.options for record in records},
+            "step_versions": {record.step: record.parts.version for record in records}, "version": toolpoint.__version__}
 
 
 def _modes(folder: Path, steps: Sequence[ProjectStep]) -> dict[str, Any]:

@@ -15,7 +15,8 @@ MAX_LISTED_CHANGES = 12  # files and options that differ
 EQUAL_NUMBERS = 1e-9  # relative difference below which two numbers are the same
 MAX_PAIRED_DIFFERENCE = 0.1  # relative difference of the frequencies of two modes that are one
 NORMAL_HALF_WIDTH = 1.96  # standard deviations, of a 95 % interval
-_REPEATED_NAMES = ("name", "cut_name")  # options of a step that say again what a goal or a program says
+# Options of a step that say again what a goal, a test or a program says.
+_REPEATED_NAMES = ("name", "cut_name", "has_poses", "struck_pose", "whole_band")
 _ANSWER_KEYS = ("limit_m", "interval_m", "depth_max_m", "stable_probability", "chatter_frequency_hz")
 
 
@@ -76,6 +77,9 @@ class StateDifference(NotebookText):
         if versions[0] != versions[1]:
             doubts.append(Doubt("programs", f"toolpoint {versions[0]} computed the older state, {versions[1]} the newer",
                                 "a change of the program can be the difference"))
+        if changed_steps := self._recomputed_steps:
+            doubts.append(Doubt(f"steps {', '.join(changed_steps)}", "are computed in another way in the newer state",
+                                "this change of the program can be the difference"))
         first, second = self.older.data.get("goals", {}), self.newer.data.get("goals", {})
         doubts += [Doubt(f"goal {name}", "asks another cut, speed, depth or pose in the two states",
                          "its limits are answers to two questions") for name in first if name in second
@@ -83,9 +87,15 @@ class StateDifference(NotebookText):
         return tuple(doubts)
 
     @property
+    def _recomputed_steps(self) -> list[str]:
+        """Steps of both states whose computation has another version in the newer one."""
+        first, second = (state.data.get("step_versions", {}) for state in (self.older, self.newer))
+        return [step for step in first if step in second and first[step] != second[step]]
+
+    @property
     def summary(self) -> str:
         """The difference in a sentence."""
-        words = [f"{row[0]} from {row[1]} to {row[3]} ({row[6]})" for row in self.limit_rows]
+        words = [f"limit of {row[0]} from {row[1]} to {row[3]} ({row[6]})" for row in self.limit_rows]
         count = len(self.changed_inputs)
         changes = f"{count} file{'s' * (count != 1)} or number{'s' * (count != 1)} changed" if count else "nothing was changed"
         older, newer = (state.date.replace("T", " ") for state in (self.older, self.newer))
@@ -108,7 +118,7 @@ class StateDifference(NotebookText):
 
     def tables(self) -> tuple[tuple[str, tuple[str, ...], tuple[tuple[str, ...], ...]], ...]:
         """Return title, header and rows of limits, modes and springs."""
-        limits = ("goal", "older", "interval mm", "newer", "interval mm", "change", "verdict")
+        limits = ("goal", "older", "its interval mm", "newer", "its interval mm", "change", "verdict")
         modes = ("test", "older Hz", "newer Hz", "change", "older damping %", "newer damping %")
         return (("Limits of the goals", limits, self.limit_rows), ("Modes that differ", modes, self.mode_rows),
                 ("Springs that differ", ("spring", "older", "newer", "change", "verdict"), self.spring_rows))
@@ -205,7 +215,7 @@ def _project_numbers(options: Mapping[str, Mapping[str, Any]]) -> dict[str, str]
     values: dict[str, list[str]] = {}
     for step, settings in options.items():
         for path, value in _leaves(settings):
-            if path[-1] in _REPEATED_NAMES:
+            if path[-1] in _REPEATED_NAMES or path[0] in _REPEATED_NAMES:
                 continue
             listed = values.setdefault(".".join(_project_place(step, path, settings)), [])
             listed += [value] if value not in listed else []
@@ -227,7 +237,7 @@ def _project_place(step: str, path: tuple[str, ...], settings: Mapping[str, Any]
         return (head, *tail)
     if head == "goal":
         return ("goals", name, *tail)
-    section = {"responses": "tests", "modes": "tests", "program": "programs", "contour": "goals"}.get(kind)
+    section = {"responses": "tests", "modes": "tests", "program": "programs", "contour": "contours"}.get(kind)
     return (step, head, *tail) if section is None else (section, name, head, *tail)
 
 

@@ -362,7 +362,9 @@ def _result_notes(frequency: FloatArray, level: FloatArray, used: int, decay: fl
         warnings.warn(notes[-1], ToolpointWarning, stacklevel=3)
     weak_lines = np.flatnonzero(level < 0.1 * level.max())
     if weak_lines.size and frequency[weak_lines[0]] < frequency[-1]:
-        notes.append(f"the force spectrum is 20 dB down above {frequency[weak_lines[0]]:g} Hz: use a harder tip for more")
+        # Two digits: every struck record has an end of its own, and they are one remark.
+        highest = float(f"{frequency[weak_lines[0]]:.2g}")
+        notes.append(f"the force spectrum is 20 dB down above {highest:g} Hz: use a harder tip for more")
     if decay:
         notes.append(f"exponential window with a decay of {decay:.4g} 1/s, to be taken out of the poles")
     return tuple(notes)

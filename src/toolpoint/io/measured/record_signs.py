@@ -59,7 +59,9 @@ def _is_timed(path: Path) -> bool:
     first = next((k for k, line in enumerate(lines) if re.match(r'\s*"?[-+.]?\d', line)), None)
     if first is None:
         return False
-    cells = len(_CELLS.split(lines[first].strip()))
+    # Between semicolons or tabs a comma is that of a decimal and parts nothing.
+    separator = next((re.compile(mark) for mark in ";\t" if mark in lines[first].strip()), _CELLS)
+    cells = len(separator.split(lines[first].strip()))
     names = [line.strip().lstrip("#%\" ").lower() for line in lines[max(first - 2, 0):first]]
     return any(word.startswith(name) and not word[len(name):len(name) + 1].isalpha()
-               for word in names for name in TIMES if len(_CELLS.split(word)) >= cells)
+               for word in names for name in TIMES if len(separator.split(word)) >= cells)

@@ -34,7 +34,7 @@ COMMON_UNITS = (*LENGTHS, *ANGLES, "kg", "g", "t", "s", "ms", "min", "N", "kN", 
                 "Hz",
                 "kHz", "rpm", "%")
 _WRITTEN = {"kg": "kg", "kilog": "kg", "mm": "mm", "millim": "mm", "micro": "um", "met": "m", "sec": "s", "newton": "N",
-            "deg": "deg", "rad": "rad", "gram": "g", "ton": "t", "hertz": "Hz", "rev": "rpm"}
+            "deg": "deg", "grad": "deg", "rad": "rad", "gram": "g", "ton": "t", "hertz": "Hz", "rev": "rpm"}
 _POSITIONS = "known: " + ", ".join((*LENGTHS, *ANGLES))
 _IMPERIAL_SIZES = {"in": "25.4 mm", "inch": "25.4 mm", "ft": "304.8 mm", "lb": "0.45359 kg", "lbs": "0.45359 kg",
                    "lbf": "4.4482 N", "psi": "6894.8 Pa"}
@@ -68,7 +68,8 @@ def _symbols() -> dict[str, tuple[float, Dimension]]:
              for symbol, (scale, dimension) in _BASE.items() for prefix, factor in _PREFIX.items()}
     # Nm and its multiples, because every engineer writes them.
     moment = {f"{p}Nm": (f, (2, 1, -2, 0, 0, 0)) for p, f in (("", 1.0), ("m", 1e-3), ("k", 1e3), ("M", 1e6))}
-    return table | moment | _UNPREFIXED_UNITS
+    # Grad is the German word for degree, and nobody's billion of radians.
+    return {symbol: entry for symbol, entry in (table | moment | _UNPREFIXED_UNITS).items() if symbol != "Grad"}
 
 
 def _unit(text: str) -> tuple[float, Dimension]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -12,6 +13,7 @@ from toolpoint._check import FloatArray, ToolpointError
 from toolpoint.io.decoding import read_text
 from toolpoint.io.door import door
 from toolpoint.io.faults import Fault, FileFaults
+from toolpoint.io.quantities.sensitivities import QUANTITY_BY_UNIT, VOLTS
 
 TIMES = ("t", "time", "zeit", "x_value", "timestamp", "time stamp", "date", "date/time", "datetime")
 EXPECTED_RECORDS = "records are read from universal files, text, LVM, WAV, TDMS, MATLAB, NumPy and HDF5"
@@ -49,8 +51,9 @@ def read_columns(path: str | Path) -> Columns:
     """Return the columns of a text file: a first column named time gives the rate, the line before the numbers the names.
 
     Separators may be commas, semicolons, tabs or blanks; decimal commas are read where semicolons or tabs separate. Columns
-    without names are ``channel 1`` .. Units stand in brackets behind the names or in a line of their own below. Times may be
-    those of a clock (10:00:00.125, with a date before it). Raises FileFaults with every faulty line.
+    without names are ``channel 1`` .. Units stand in brackets behind the names, behind an underscore (time_ms, force_N) or in a
+    line of their own below. Times may be those of a clock (10:00:00.125, with a date before it). Raises FileFaults with every
+    faulty line.
     """
     path = Path(path)
     text = read_text(path, EXPECTED_RECORDS)
@@ -122,7 +125,18 @@ def _names(head: list[str], separator: str | None, count: int) -> tuple[list[str
     matches = [_HEAD.match(cell) for cell in _cells(head[1], separator)]
     if len(matches) != count or not all(matches):
         return None
-    return [match[1].strip() for match in matches if match], [(match[2] or "").strip() for match in matches if match]
+    names, units = zip(*(((match[1] or "").strip(), (match[2] or "").strip()) for match in matches if match), strict=True)
+    return _parted_units(names) or (list(names), list(units))
+
+
+def _parted_units(names: Sequence[str]) -> tuple[list[str], list[str]] | None:
+    """Return names and units of heads such as Zeit_ms, Kraft_N; None where the first is no time with its unit so behind it."""
+    time_name, _, time_unit = names[0].rpartition("_")
+    if time_name.lower() not in TIMES or time_unit.lower() not in _TIME_UNITS:
+        return None
+    parted = [(head, unit) if head and unit.lower() in QUANTITY_BY_UNIT | VOLTS else (name, "")
+              for name, (head, _, unit) in ((name, name.rpartition("_")) for name in names[1:])]
+    return [time_name, *(head for head, _ in parted)], [time_unit, *(unit for _, unit in parted)]
 
 
 def _cells(line: str, separator: str | None) -> list[str]:

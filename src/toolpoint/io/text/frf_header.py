@@ -24,6 +24,7 @@ _WORDS = {part: rf"(?<![a-z])(?:{words})(?![a-z])" for part, words in {  # also 
     "real": r"real[a-z]*|re", "imaginary": r"imag[a-z]*|im", "magnitude": r"mag[a-z]*|amp[a-z]*|abs[a-z]*|modulus|betrag",
     "phase": r"phase[a-z]*|angle|arg|winkel", "coherence": r"coh[a-z]*|gamma[a-z]*"}.items()}
 _WORDS["magnitude"] += r"|\|h\|"
+_TIME = r"(?:t|time|zeit|temps|tiempo|tempo)(?![a-z])"
 _FREQUENCY = r"freq|\bf\b|\bhz\b|\bkhz\b|omega|\bw\b|rad/s"
 _CELL = re.compile(r"^\s*\"?\s*(.*?)\s*(?:[\[(]\s*((?:[^()\[\]]|\([^()]*\))*)\s*[\])])?\s*\"?\s*$")
 
@@ -71,6 +72,9 @@ def read_layout(head: Sequence[Sequence[str]], remarks: str, *, count: int, is_c
     pairs = _pairs(head, count)
     parts = [_part(name, unit, is_complex) for name, unit in zip(names[1:], units[1:], strict=True)]
     if not any(part for part in parts if part != "complex"):
+        if re.match(_TIME, names[0]):
+            raise HeaderError(f"the first column is named {names[0]!r}: times are of a record, not of responses; name the "
+                              "columns of a record with their units, for example time [s], force [N], acceleration [m/s^2]")
         return _unnamed(units, is_complex, stated, any(names))
     unclear = [names[k + 1] or f"column {k + 2}" for k, part in enumerate(parts) if part is None]
     if unclear:

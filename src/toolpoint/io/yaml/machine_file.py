@@ -163,6 +163,14 @@ def write(description: d.MachineDescription, path: str | Path) -> None:
     """Write a description as a machine file in SI numbers; reading it back gives an equal description.
 
     Mesh bodies are written with their mass properties' source file only, which must lie beside the new file.
+
+    >>> import tempfile
+    >>> from importlib.resources import files
+    >>> mill = read(files("toolpoint.app") / "machines" / "three_axis_vertical.yaml").description
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     write(mill, Path(folder, "mill.yaml"))
+    ...     read(Path(folder, "mill.yaml")).description == mill
+    True
     """
     data = {"toolpoint": FILE_VERSION, **_lowered(description)}
     for joint in data["joints"].values():
@@ -175,7 +183,16 @@ def write(description: d.MachineDescription, path: str | Path) -> None:
 
 
 def write_cutting(cut: CuttingDescription, path: str | Path) -> None:
-    """Write the section ``cutting`` alone, SI numbers, to be put into a machine file."""
+    """Write the section ``cutting`` alone, SI numbers, to be put into a machine file.
+
+    >>> import tempfile
+    >>> from importlib.resources import files
+    >>> mill = read(files("toolpoint.app") / "machines" / "three_axis_vertical.yaml").description
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     write_cutting(mill.cutting, Path(folder, "cut.yaml"))
+    ...     print(Path(folder, "cut.yaml").read_text(encoding="utf-8").splitlines()[1].strip())  # m
+    diameter: 0.08
+    """
     _dump({"cutting": _lowered(cut)}, path)
 
 

@@ -190,6 +190,7 @@ def _point_parts(now: ModelCorrelation, model: Mapping[Point, FloatArray], test:
         moved = {p: tf.move(pairing.transform, np.asarray(xyz)[None])[0] for p, xyz in test.geometry.points.items()
                  if p in pairing.pairs or p in pairing.single}
         parts.append(Chart(point_pairs(moved, model, pairing.pairs), "Measured points carried into the frame of the model."))
+        # Adding zero takes the sign off -0, which would be printed.
         rows = [[way, *(f"{round(v, 6) + 0.0:.6f}" for v in row[:3]), f"{1e3 * row[3]:.2f}"]
                 for way, row in zip("xyz", pairing.transform, strict=False)]
         parts.append(Table(["model", "test x", "test y", "test z", "shift mm"], rows,

@@ -90,6 +90,7 @@ def _with_responses(report: Report, result: HammerStudy) -> Report:
             if radius is not None:
                 size = np.abs(frf.values[:, k, 0])
                 part = radius[inside][:, k, 0]
+                # The axis is logarithmic: a band that reaches zero would have no lower edge.
                 band = {"95 %": (size, np.maximum(size - part, 1e-3 * size), size + part)}
                 parts.insert(0, Chart(magnitude_bands(frf.frequency, band, quantity=f"{frf.quantity.capitalize()}, "
                                                                                     f"{frf.unit}"), "With the 95 % interval "

@@ -42,6 +42,7 @@ def _with_responses(report: Report, result: ShakerStudy) -> Report:
         parts = [Chart(bode({result.settings.estimator: frf.selected([k], [i])}))]
         if radius is not None:
             size, part = np.abs(frf.values[:, k, i]), radius[inside][:, k, i]
+            # The axis is logarithmic: a band that reaches zero would have no lower edge.
             band = {"95 %": (size, np.maximum(size - part, 1e-3 * size), size + part)}
             quantity = f"{frf.quantity.capitalize()}, {frf.unit}"
             parts.insert(0, Chart(magnitude_bands(frf.frequency, band, quantity=quantity),

@@ -74,6 +74,7 @@ def _side(report: Report, side: SideAccuracy, tooth: float) -> Report:
                          quantity="Rotation error, µrad")
     frequency, amplitude = side.spectrum()
     is_low = frequency <= 5 * tooth
+    # Peaks of groups of lines are drawn: a curve of all lines is slow, and one of each n-th would lose peaks.
     step = max(1, int(is_low.sum()) // 4000)
     lines = error_spectrum(frequency[is_low][::step], 1e6 * _peaks(amplitude[is_low][:, :3], step), names=COORDINATES[:3],
                            quantity="Amplitude, µm", tooth=tooth)

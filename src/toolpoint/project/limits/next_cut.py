@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,6 +13,7 @@ from toolpoint.cutting.advice.probability import OUTCOME_RELIABILITY
 from toolpoint.project.limits.drawn_limits import DrawnLimits, quantile_of
 
 CANDIDATE_LEVELS = np.linspace(0.1, 0.9, 9)  # quantiles of the limit that are candidates
+SAME_SPEED_RATIO, SAME_DEPTH_RATIO = 0.01, 0.03  # relative differences below which two cuts are one
 
 
 @dataclass(frozen=True)
@@ -29,8 +31,12 @@ class NextCut:
                 "stable_probability": self.stable_probability}
 
 
-def choose_cut(limits: DrawnLimits, weights: FloatArray) -> NextCut:
-    """Return the depth at the asked speed whose trial narrows the interval of the limit most, in the mean of its outcomes."""
+def choose_cut(limits: DrawnLimits, weights: FloatArray, tried: Sequence[tuple[float, float]] = ()) -> NextCut:
+    """Return the depth at the asked speed whose trial narrows the interval of the limit most, in the mean of its outcomes.
+
+    tried : speed (rev/min) and depth (m) of cuts that were made. Made again, one would count as new evidence, and whatever was
+    wrong with it the first time is wrong again; it is proposed only where no other depth is left.
+    """
     draws = np.minimum(limits.draws[:, 0], limits.depth_max)
     today, candidates = _width(draws, weights), []
     for level in CANDIDATE_LEVELS:
@@ -42,7 +48,12 @@ def choose_cut(limits: DrawnLimits, weights: FloatArray) -> NextCut:
                   for likelihood, chance in zip(likelihoods, chances, strict=True)]
         ratio = sum(chance * width for chance, width in zip(chances, widths, strict=True)) / max(today, 1e-300)
         candidates.append(NextCut(limits.question.speeds[0], depth, ratio, float(weights @ stable)))
-    return min(candidates, key=lambda cut: cut.width_ratio)
+    new_cuts = [cut for cut in candidates if not any(_is_same(cut, speed, depth) for speed, depth in tried)]
+    return min(new_cuts or candidates, key=lambda cut: cut.width_ratio)
+
+
+def _is_same(cut: NextCut, speed: float, depth: float) -> bool:
+    return abs(cut.speed - speed) <= SAME_SPEED_RATIO * speed and abs(cut.depth - depth) <= SAME_DEPTH_RATIO * depth
 
 
 def _width(draws: FloatArray, weights: FloatArray) -> float:

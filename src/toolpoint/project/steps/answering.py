@@ -36,7 +36,8 @@ def weigh_tried(folder: Path, tried: Path, *, cuts: Mapping[str, Any], has_poses
     result = weigh_draws(systems, cuts_made, questions)
     write_json(folder / "weights.json", {
         "weights": result.weights, "effective_draws": result.effective,
-        "cuts": [{"speed_rpm": cut.speed, "depth_m": cut.depth, "stable": cut.stable, "frequency_hz": cut.frequency,
+        "cuts": [{"speed_rpm": cut.speed, "depth_m": cut.depth, "pose": dict(cut.pose), "cut": cut.cut, "stable": cut.stable,
+                  "frequency_hz": cut.frequency,
                   "share_of_draws": share} for cut, share in zip(cuts_made, result.likelihoods, strict=True)]})
     words = f"{len(cuts_made)} tried cut{'s' * (len(cuts_made) != 1)}; the draws count as {result.effective:.0f} of {draws}"
     placeless = [cut for cut in cuts_made if not cut.pose] if has_poses and machine is not None else []
@@ -65,7 +66,7 @@ def limit_goal(folder: Path, *, name: str, cut: Mapping[str, Any], cut_name: str
     question = _question(cut_name, cut, goal["speed"], goal["pose"], goal["depth"])
     limits, weighed = draw_limits(systems, question), _weights(weights, draws)
     data = {"goal": name, **_numbers(limits, weighed)}
-    data["next_cut"] = choose_cut(limits, weighed).to_dict()
+    data["next_cut"] = choose_cut(limits, weighed, _tried_cuts(weights, cut_name, goal["pose"])).to_dict()
     certain_depth = max(quantile_of(limits.draws[:, 0], weighed, CERTAIN_LEVEL) - float(limits.error[0]), 0.0)
     better_speed = find_better_speed(systems, question, weighed, certain_depth=min(certain_depth, limits.depth_max))
     data["better_speed"] = None if better_speed is None else better_speed.to_dict()
@@ -105,6 +106,17 @@ def _notes_of(systems: DrawnSystems, goal: Mapping[str, Any]) -> tuple[Doubt, ..
 
 def _weights(path: Path | None, draws: int) -> FloatArray:
     return np.full(draws, 1 / draws) if path is None else np.asarray(read_json(path)["weights"], float)
+
+
+def _tried_cuts(path: Path | None, name: str, pose: Mapping[str, float]) -> list[tuple[float, float]]:
+    """Return speed (rev/min) and depth (m) of the tried cuts that a goal's cut at its pose is, as the weights hold them.
+
+    A cut without a pose was made at that of the machine file, as a goal without one asks about.
+    """
+    if path is None:
+        return []
+    return [(cut["speed_rpm"], cut["depth_m"]) for cut in read_json(path)["cuts"]
+            if cut["cut"] in ("", name) and cut["pose"] == dict(pose)]
 
 
 def _numbers(limits: DrawnLimits, weights: FloatArray) -> dict[str, Any]:

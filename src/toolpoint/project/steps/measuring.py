@@ -58,6 +58,7 @@ def find_modes(folder: Path, responses: Path, choice: Path | None = None, *, ban
     io.write_nouns(result.modes, folder / "modes.h5")
     write_json(folder / "modes.json", {
         "status": result.status, "frequency_hz": result.modes.frequency, "damping_ratio": result.modes.damping_ratio,
+        "frequency_interval_hz": result.modes.frequency_interval, "damping_interval": result.modes.damping_interval,
         "doubtful": result.doubtful, "advice": list(result.advice), "band_hz": chosen})
     frequencies = ", ".join(f"{frequency:.4g}" for frequency in result.modes.frequency[:MAX_SHOWN_FREQUENCIES])
     hidden = result.modes.count - MAX_SHOWN_FREQUENCIES

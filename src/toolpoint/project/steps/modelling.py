@@ -97,4 +97,6 @@ def follow_circle(folder: Path, servo: Path, *, radius: float, feed: float, devi
                                          "axes": list(axes), "radius_m": radius, "feed_m_s": feed, "notes": list(result.notes)})
     doubt = Doubt("contour", "the numbers of the servo file have no stated uncertainty, so this deviation has no interval",
                   "measure a circle on the machine and compare it (toolpoint servo-data)")
-    return StepOutcome(f"radial deviation {1e6 * largest:.3g} um, goal {1e6 * deviation:.3g} um", (*result.doubts, doubt))
+    relation = "within" if largest <= deviation else "beyond"
+    return StepOutcome(f"radial deviation {1e6 * largest:.3g} um, {relation} the goal of {1e6 * deviation:.3g} um",
+                       (*result.doubts, doubt))

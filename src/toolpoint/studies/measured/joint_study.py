@@ -52,7 +52,12 @@ class JointStudy(NotebookText):
     @property
     def doubts(self) -> tuple[Doubt, ...]:
         """Doubts about the result, each once: of the channels, the joints, the whole, the machine that was run."""
-        lines = [doubt.within(f"{joint.parent} - {joint.child}") for joint in self.joints.joints for doubt in joint.doubts]
+        # One turned sensor is in doubt at every joint of its component: it is said once, with all of them.
+        joints_of: dict[Doubt, list[str]] = {}
+        for joint in self.joints.joints:
+            for doubt in joint.doubts:
+                joints_of.setdefault(doubt, []).append(f"{joint.parent} - {joint.child}")
+        lines = [doubt.within(", ".join(names)) for doubt, names in joints_of.items()]
         checked = self.checked.doubts if self.checked else ()
         fitted_machine = self.joints.machine
         if self.checked is not None and fitted_machine is not None and set(self.checked.single) <= set(fitted_machine.lonely):

@@ -33,6 +33,14 @@ class OperationalStudy(NotebookText):
     doubts : tuple of Doubt
         Of the records, the modes, and the scale.
     notes : tuple of str
+
+    >>> import numpy as np
+    >>> from toolpoint.modal_identification import OperationalIdentification
+    >>> none = np.zeros(0)
+    >>> modes = Modes([8.5], 0.005, np.ones((1, 1)), ["spindle:+x"], scaling="unscaled")
+    >>> result = OperationalIdentification(modes, (), none, np.ones(1), np.ones(1, bool), (), (), "ssi-cov", 600.0)
+    >>> OperationalStudy(result, modes, "", (), ()).table().splitlines()[0]
+    '1 mode: 8.5 Hz (0.5 %).'
     """
 
     identification: OperationalIdentification

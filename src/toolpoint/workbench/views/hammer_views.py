@@ -45,8 +45,7 @@ def view_modes(desk: Desk, test: str = "") -> WorkbenchView:
     answer += f"; doubtful: {', '.join(doubtful)} Hz." if doubtful else "."
     responses = f"results/responses/{name}/responses.h5"
     options = ["--choice", choice_place(name)] if _kept_choice(desk, name) else []
-    rows = [{"frequency_hz": f, "damping_ratio": z, "doubtful": bad} for f, z, bad in
-            zip(data["frequency_hz"], data["damping_ratio"], data["doubtful"], strict=True)]
+    rows = _mode_rows(data)
     doubts = (*record_doubts(entry), *map(Doubt.parsed, data["advice"]))
     return WorkbenchView("modes", ("Of an earlier state: " if not entry.is_of_today else "") + answer, doubts,
                          (command_line("identify", responses, *options),),
@@ -55,6 +54,15 @@ def view_modes(desk: Desk, test: str = "") -> WorkbenchView:
                          {"tests": list(tests), "test": name, "modes": rows, "choice": _kept_choice(desk, name),
                           "pages": [f"modes/{name}", *([f"correlate/{name}"] if _has_machine(project) else [])]},
                          not entry.is_of_today)
+
+
+def _mode_rows(data: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """Return frequency, damping, their 95 % half widths (None where they are not known) and the mark of every mode."""
+    unknown = [None] * len(data["frequency_hz"])
+    columns = {"frequency_hz": data["frequency_hz"], "frequency_interval_hz": data.get("frequency_interval_hz") or unknown,
+               "damping_ratio": data["damping_ratio"], "damping_interval": data.get("damping_interval") or unknown,
+               "doubtful": data["doubtful"]}
+    return [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
 
 
 def _choice_argument(options: list[str]) -> str:
@@ -96,9 +104,7 @@ def view_blows(desk: Desk, test: str = "") -> WorkbenchView:
     name = one_of("test", test or next(iter(tests), ""), tests)
     data, entry = tests[name]
     hits = data.get("hits", [])  # a shaker's records hold none
-    refused = [hit for hit in hits if not hit["accepted"]]
-    answer = f"{name}: {len(hits) - len(refused)} of {len(hits)} blows are used. {data['status']}" if hits else (
-        f"{name}: {data['status']}")
+    answer = f"{name}: {data['status']}"
     file = project.description.tests[name].test
     return WorkbenchView("blows", ("Of an earlier state: " if not entry.is_of_today else "") + answer, record_doubts(entry),
                          (command_line("frf", file),) if file else (command_line("run", ".", f"responses/{name}"),),

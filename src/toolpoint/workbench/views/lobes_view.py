@@ -15,9 +15,10 @@ from toolpoint.cutting.option_words import cut_words
 from toolpoint.machine import Machine
 from toolpoint.machine.description.project_plan import ASSUMED_COEFFICIENT_DEVIATION
 from toolpoint.project import Project
+from toolpoint.project.chain import TRIED_FILE
 from toolpoint.project.changed_machine import change_machine
 from toolpoint.project.limits.coupled_tool import stick_out_range
-from toolpoint.project.limits.drawn_limits import CutQuestion, draw_limits
+from toolpoint.project.limits.drawn_limits import CutQuestion, draw_limits, quantile_of
 from toolpoint.project.limits.systems import DrawnSystems, MachineDraws, TipDraws, problem_of
 from toolpoint.project.limits.tips import read_tip
 from toolpoint.project.steps.plain_files import read_json
@@ -95,7 +96,7 @@ def _cut(name: str, cut: CuttingDescription, project: Project) -> dict[str, Any]
 
 
 def _tried(project: Project) -> list[dict[str, Any]]:
-    file = project.folder / "tried.yaml"
+    file = project.folder / TRIED_FILE
     if not file.is_file():
         return []
     return [{"speed_rpm": cut.speed, "depth_m": cut.depth, "stable": cut.stable, "frequency_hz": cut.frequency, "cut": cut.cut}
@@ -184,9 +185,12 @@ def interval_deed(desk: Desk, request: MachineRequest) -> dict[str, Any]:
     weights, is_weighed = _weights(desk, project, systems.count, request)
     lower, upper = limits.interval(weights)[:, 0]
     chance = None if depth is None else float(limits.chance(weights)[0])
-    return {"speed_rpm": speed, "limit_m": limits.limit[0], "lower_m": lower, "upper_m": upper, "searched_m": limits.depth_max,
+    doubts = [*systems.doubts, *doubts_among(limits.notes), *_uncounted_cuts(desk, is_weighed)]
+    # As in the answer of a goal: the likeliest system was that before the tried cuts.
+    limit = quantile_of(limits.draws[:, 0], weights, 0.5) if is_weighed else limits.limit[0]
+    return {"speed_rpm": speed, "limit_m": limit, "lower_m": lower, "upper_m": upper, "searched_m": limits.depth_max,
             "depth_m": depth, "stable_probability": chance, "shares": limits.shares, "draws": systems.count,
-            "is_weighed": is_weighed, "doubts": [str(doubt) for doubt in (*systems.doubts, *doubts_among(limits.notes))]}
+            "is_weighed": is_weighed, "doubts": list(map(str, doubts))}
 
 
 def band_deed(desk: Desk, request: MachineRequest) -> dict[str, Any]:
@@ -197,7 +201,16 @@ def band_deed(desk: Desk, request: MachineRequest) -> dict[str, Any]:
     weights, is_weighed = _weights(desk, project, systems.count, request)
     lower, upper = limits.interval(weights)
     return {"speeds": pack(speeds), "lower": pack(lower), "upper": pack(upper), "draws": systems.count,
-            "is_weighed": is_weighed, "doubts": [str(doubt) for doubt in (*systems.doubts, *doubts_among(limits.notes))]}
+            "is_weighed": is_weighed, "doubts": [str(doubt) for doubt in (*systems.doubts, *doubts_among(limits.notes),
+                                                                          *_uncounted_cuts(desk, is_weighed))]}
+
+
+def _uncounted_cuts(desk: Desk, is_weighed: bool) -> tuple[Doubt, ...]:
+    """Return the doubt of an interval beside cuts that were tried and are not in it; none where they are, or there are none."""
+    if is_weighed or not (desk.folder / TRIED_FILE).is_file():
+        return ()
+    return (Doubt("the interval", "does not count the cuts that were tried: they weigh the saved machine of the last run alone",
+                  "run the project; take changed numbers back"),)
 
 
 def _weights(desk: Desk, project: Project, count: int, request: MachineRequest) -> tuple[Any, bool]:

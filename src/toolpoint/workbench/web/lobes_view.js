@@ -84,7 +84,11 @@ window.Workbench = window.Workbench || { views: {} };
         state.speed = Math.min(Math.max(Math.round(x), low), high); state.cut_values.depth = Math.max(y, 0.01) / 1e3;
         speed.put(state.speed); depth.put(state.cut_values.depth); send();
       } });
-      let bars = [];
+      let bars = [], limitDoubts = [], laterDoubts = [];
+      const doubted = (more) => { // those of the limit, then those of the slower answers to the same state of the sliders
+        laterDoubts = [...laterDoubts, ...more];
+        live.replaceChildren(W.doubts(W.newDoubts(view, [...new Set([...limitDoubts, ...laterDoubts])])));
+      };
       const draw = () => chart.set({ lines: Object.values(lines), marks: [...bars, ...marks.goals, ...marks.tried, ...marks.mine] });
       const rest = async () => {
         const mine = ++turn;
@@ -93,12 +97,14 @@ window.Workbench = window.Workbench || { views: {} };
           const interval = await W.ask("machine/interval", state);
           if (mine !== turn || place.firstChild !== title) return;
           sure.textContent = intervalWords(interval, state);
+          doubted(interval.doubts);
           marks.mine = [{ x: interval.speed_rpm, y: 1e3 * (interval.limit_m ?? interval.searched_m), low: 1e3 * interval.lower_m,
             high: interval.upper_m === null ? Infinity : 1e3 * interval.upper_m, kind: "exact", name: W.word("interval.mark") }];
           draw();
           const curve = await W.ask("machine/curve", { ...state, count: 100 });
           if (mine !== turn || place.firstChild !== title) return;
           lines.exact = { x: W.floats(curve.speeds), y: W.floats(curve.limit).map((v) => 1e3 * v), kind: "exact", name: W.word("exact") };
+          doubted(curve.doubts);
           draw();
         } catch (error) { if (mine === turn) sure.textContent = error.message; }
       };
@@ -111,7 +117,8 @@ window.Workbench = window.Workbench || { views: {} };
           ...(state.cut_values.depth ? [{ x: limit.speed_rpm, y: 1e3 * state.cut_values.depth, kind: "goal", name: W.word("asked") }] : [])];
         words.textContent = W.word("deep", { speed: Math.round(limit.speed_rpm), depth: limit.limit_m === null ? `> ${W.number(1e3 * limit.searched_m, 3)} mm` : `${W.number(1e3 * limit.limit_m, 3)} mm` })
           + (limit.chatter_hz ? W.word("chatter.at", { f: W.number(limit.chatter_hz, 4) }) : "");
-        live.replaceChildren(W.doubts(W.newDoubts(view, answer.doubts)));
+        limitDoubts = answer.doubts; laterDoubts = [];
+        doubted([]);
         W.fillSame(same, answer.commands, answer.calls);
         fault.replaceChildren();
         W.moves = (W.moves || 0) + 1;
@@ -152,6 +159,7 @@ window.Workbench = window.Workbench || { views: {} };
             // Bars, not a band: between the speeds the lobes go up and down, and a straight line there would be a claim.
             const low = millimetres(answer.lower), high = millimetres(answer.upper);
             bars = [...W.floats(answer.speeds)].map((x, i) => ({ x, y: low[i], low: low[i], high: high[i], kind: "interval", name: i ? "" : W.word("band.is", { n: answer.draws }) }));
+            doubted(answer.doubts);
             draw();
           }
           said.textContent = "";

@@ -40,6 +40,9 @@ window.Workbench = window.Workbench || { views: {} };
     if (!isAgain || known !== W.current) place.replaceChildren(W.make("p", { class: "key", role: "status", text: W.word("loading") }));
     W.current = known;
     for (const link of document.querySelectorAll("#wb-nav a")) link.toggleAttribute("aria-current", link.dataset.view === known);
+    // On a phone the names of the views are a row that scrolls: that of the view must not lie beyond the edge.
+    const nav = document.getElementById("wb-nav"), current = nav.querySelector("[aria-current]");
+    if (current) nav.scrollLeft = current.offsetLeft - nav.offsetLeft - (nav.clientWidth - current.offsetWidth) / 2;
     try {
       const view = await (asked && asked.name === known ? asked.answer : W.ask("view/" + known + (W.views[known].query ? W.views[known].query() : "")));
       if (mine !== turn) return;
@@ -90,7 +93,7 @@ window.Workbench = window.Workbench || { views: {} };
       showJob(W.job);
     });
     W.listen();
-    document.getElementById("wb-foot").textContent = W.word(W.isExport ? "foot.export" : "foot");
+    document.getElementById("wb-foot").textContent = [W.word(W.isExport ? "foot.export" : "foot"), ...(W.language() === "en" ? [] : [W.word("foot.english")])].join(" ");
   }
   window.addEventListener("DOMContentLoaded", start);
 })(window.Workbench);

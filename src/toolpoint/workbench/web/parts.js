@@ -27,6 +27,13 @@ window.Workbench = window.Workbench || { views: {} };
     return size >= 1e6 || size < 1e-3 ? value.toExponential(digits - 1).replace("e+", "e") : String(Number(value.toPrecision(digits)));
   };
 
+  // A number with its 95 % half width, both to the same decimal; alone where the half width is not known.
+  W.withInterval = function (value, halfWidth, unit) {
+    if (!Number.isFinite(halfWidth) || halfWidth === null || halfWidth <= 0) return `${W.number(value)} ${unit}`;
+    const decimals = Math.min(Math.max(1 - Math.floor(Math.log10(halfWidth)), 0), 6);
+    return `${value.toFixed(decimals)} ± ${halfWidth.toFixed(decimals)} ${unit}`;
+  };
+
   W.age = function (seconds) {
     if (seconds === null || seconds === undefined) return "";
     for (const [size, key] of [[86400, "age.days"], [3600, "age.hours"], [60, "age.minutes"]])
@@ -36,7 +43,7 @@ window.Workbench = window.Workbench || { views: {} };
 
   // The head of a view: its answer in a sentence, then what must be known before it is believed.
   W.head = function (view, title) {
-    const answer = W.make("p", { class: "answer" + (view.is_stale ? " wb-old" : ""), text: view.answer, "aria-live": "polite" });
+    const answer = W.make("p", { class: "answer" + (view.is_stale ? " wb-old" : ""), text: view.answer, lang: "en", "aria-live": "polite" }); // the package speaks English whatever the labels are
     return [W.make("h1", { text: title, tabindex: "-1" }), answer, W.doubts(view.doubts)];
   };
 
@@ -44,7 +51,7 @@ window.Workbench = window.Workbench || { views: {} };
   W.doubts = function (doubts) {
     const block = W.make("div", { class: "notes warning wb-doubts" });
     if (!doubts.length) { block.hidden = true; return block; }
-    const lines = doubts.map((doubt) => W.make("li", { class: doubt.grave ? "wb-grave" : null, text: doubt.text || doubt }));
+    const lines = doubts.map((doubt) => W.make("li", { class: doubt.grave ? "wb-grave" : null, lang: "en", text: doubt.text || doubt }));
     block.append(W.make("h3", { text: W.word("doubts") }), W.make("ul", {}, lines.slice(0, SHOWN_DOUBTS)));
     if (lines.length > SHOWN_DOUBTS)
       block.append(W.make("details", { class: "wb-more" }, W.make("summary", { text: W.word("more", { n: lines.length - SHOWN_DOUBTS }) }),

@@ -86,7 +86,7 @@ window.Workbench = window.Workbench || { views: {} };
       parts.rows.replaceChildren(state.blows.length ? W.table([W.word("blow"), W.word("force"), W.word("verdict"), W.word("reasons"), ""],
         [...state.blows].reverse().map((blow) => rowOf(blow, verdicts))) : W.make("p", { class: "key", text: W.word("rec.no.blow") }));
     }
-    parts.charts.hidden = !study;
+    parts.responses.hidden = !study;
     parts.study.textContent = study ? study.status : "";
     if (study) {
       parts.response.set({ lines: [{ x: study.frequency_hz, y: study.size, name: `${study.output} / ${study.input}`, kind: "now" }], label: study.status });
@@ -123,11 +123,11 @@ window.Workbench = window.Workbench || { views: {} };
       parts = { fault, heard, decided, entered: [...view.data.entered], state: W.make("p", { id: "rec-state", role: "status" }), last: W.make("p", { id: "rec-last", "aria-live": "assertive" }),
         words: W.make("ul"), doubts: W.make("div"), rows: W.make("div", { id: "rec-rows" }),
         study: W.make("p", { id: "rec-study" }), response: chart(W.word("rec.size"), 240, W.word("rec.size"), true), coherence: chart(W.word("coherence"), 130, W.word("coherence"), false) };
-      parts.charts = W.make("div", {}, parts.study, parts.response.node, parts.coherence.node);
+      parts.responses = W.section(W.word("rec.responses"), parts.study, parts.response.node, parts.coherence.node);
       parts.enter = W.make("div", { class: "wb-run", hidden: "" }, W.make("button", { type: "button", id: "rec-enter", text: W.word("rec.enter"), onclick: enter }));
       parts.same = W.same(view);
       place.replaceChildren(...W.head(view, W.word("view.record")), form(view, place), parts.fault, parts.doubts, W.section(W.word("rec.blow.now"), parts.state, parts.last),
-        W.make("div", { class: "wb-two" }, W.section(W.word("view.blows"), parts.rows, parts.decided, parts.heard, parts.enter), W.section(W.word("rec.responses"), parts.charts)),
+        W.make("div", { class: "wb-two" }, W.section(W.word("view.blows"), parts.rows, parts.decided, parts.heard, parts.enter), parts.responses),
         W.section(W.word("rec.what"), W.make("details", {}, W.make("summary", { text: W.word("rec.words") }), W.make("div", { class: "wb-inside" }, parts.words))), parts.same);
       show();
       follow();

@@ -63,7 +63,7 @@ window.Workbench = window.Workbench || { views: {} };
     title: () => W.word("view.modes"), query: query("modes"),
     show(place, view) {
       const data = view.data, [title, answer, doubts] = W.head(view, W.word("view.modes")), test = data.test;
-      const rows = data.modes.map((mode, i) => [i + 1, W.hertz(mode.frequency_hz), `${W.number(100 * mode.damping_ratio, 3)} %`,
+      const rows = data.modes.map((mode, i) => [i + 1, W.withInterval(mode.frequency_hz, mode.frequency_interval_hz, "Hz"), W.withInterval(100 * mode.damping_ratio, mode.damping_interval === null ? null : 100 * mode.damping_interval, "%"),
         mode.doubtful ? W.make("span", { class: "mark doubtful", text: W.word("doubtful") }) : ""]);
       const pageOf = (name) => () => {
         const kind = name.split("/")[0], bar = kind === "modes" && !W.isExport ? choiceBar(data) : null;
