@@ -20,8 +20,8 @@ from toolpoint.project import Project
 from toolpoint.project.limits.systems import coefficient_factors
 from toolpoint.project.programs.drawn_places import ProgramDraws, draw_places
 from toolpoint.project.programs.run_files import systems_of_program
-from toolpoint.project.programs.settings import program_command, program_settings
-from toolpoint.vibration import Frf
+from toolpoint.project.programs.settings import program_command, program_inputs, program_settings
+from toolpoint.vibration import Frf, Modes
 from toolpoint.workbench.state.desk import Desk
 from toolpoint.workbench.views.pages_view import page_text, pages_of
 
@@ -184,3 +184,42 @@ def test_stick_outs_and_wear_of_a_program_go_from_its_file_into_run_and_command(
     settings, command = program_settings(program, description), program_command(program, description, {})
     assert settings["stick_outs"] == [(3, pytest.approx(0.045))] and settings["wear_only"] is True
     assert command[command.index("--stick-out-of") + 1] == "3=45" and "--wear-only" in command
+
+
+@pytest.mark.parametrize(("entry", "words"), [
+    ("{part: wall.yaml, held: [foot], stage_change: 3 %}", ["--work", "wall.yaml", "--held", "foot", "--stage-change", "3"]),
+    ("{responses: {1: early.h5, 40: late.h5}}", ["--work-response", "1=early.h5", "--work-response", "40=late.h5"])])
+def test_work_and_rotary_limits_of_a_program_go_into_its_files_options_and_command(tmp_path, entry, words):
+    write_project(tmp_path, more=f", work: {entry}, rotary_speed: 180 deg/s, rotary_acceleration: 1200 deg/s^2")
+    description = io.read_project(tmp_path / "project.yaml")
+    program = next(iter(description.programs.values()))
+    command = program_command(program, description, {})
+    assert command[(start := command.index(words[0])):start + len(words)] == words
+    assert command[command.index("--rotary-speed") + 1] == "180"
+    settings, inputs = program_settings(program, description), program_inputs(program, None)
+    assert settings["rotary"] == pytest.approx([np.pi, 1200 * np.pi / 180])
+    assert {"work", "responses"} & set(inputs) == ({"work"} if "part" in entry else {"responses"})
+
+
+@pytest.mark.parametrize(("entry", "words"), [("{part: wall.yaml}", "held: missing"), ("{held: [foot]}", "must have part"),
+                                              ("{part: a.yaml, held: [b], responses: {1: c.h5}}", "must have part")])
+def test_work_that_is_described_by_halves_is_refused(tmp_path, entry, words):
+    write_project(tmp_path, more=f", work: {entry}")
+    with pytest.raises(ToolpointError, match=words):
+        io.read_project(tmp_path / "project.yaml")
+
+
+@pytest.mark.slow
+def test_draws_of_a_program_have_the_work_beside_the_machine(tmp_path):
+    """On an exact machine every draw's limit is that of tool and work together times 1 / K; without the work it is another."""
+    io.write_noun(Modes([120.0], [0.03], [[0.3]], ["wall:+y"]), (tmp_path / "wall.h5"))
+    place = write_project(tmp_path, more=", work: {responses: {1: wall.h5}}")
+    run = Project.open(place).program("slots", lobes=0)
+    systems = systems_of_program(place / "machine.yaml", None, None, zero={}, draws=20, seed=3)[0]
+    judged = run.stages[0].judged
+    places = draw_places(ProgramDraws(systems, run.tips), [judged], run.deviation_of)
+    factors = coefficient_factors("half", 0.1, systems)
+    own = judged.margins.limit[judged.nearest(1)[0]]
+    assert np.median(places.draws[:, 0] * factors.mean(axis=1)) == pytest.approx(own, rel=0.05)
+    alone = Project.open(write_project(tmp_path)).program("slots", lobes=0).stages[0].margins.limit.min()
+    assert own < 0.9 * alone

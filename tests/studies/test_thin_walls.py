@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -10,6 +11,7 @@ import numpy as np
 import pytest
 
 from toolpoint import ToolpointError, io, studies
+from toolpoint.app.main import main
 from toolpoint.bodies.solid import Casting, Cuboid, Material, PlaneFaces, SolidModel
 from toolpoint.bodies.solid.element_places import locate
 from toolpoint.cutting import Engagement, stability
@@ -18,6 +20,8 @@ from toolpoint.io.program.gcode import parse
 from toolpoint.studies.cuts.tool_dynamics import ToolDynamics
 from toolpoint.studies.machines.tool_point import milling_problem
 from toolpoint.studies.machining.result import MachiningStudy
+from toolpoint.studies.machining.thin_walls.clamped_part import ClampedPart
+from toolpoint.studies.machining.thin_walls.course_doubts import question_lines
 from toolpoint.vibration import Frf, Modes
 from toolpoint.vibration.sparse import factorise, modes
 
@@ -25,7 +29,7 @@ MM = 1e-3
 ALUMINIUM = Material(70e9, 0.33, 2700.0)
 LENGTH, HEIGHT = 48 * MM, 30 * MM
 FOOT = PlaneFaces((0, 0, 0), (0, 0, 1))
-CUT = CuttingDescription.of(diameter=0.024, teeth=2, tangential=8e8, normal=3e8, edge_tangential=1e4, edge_normal=2e4)
+CUT = CuttingDescription.of(diameter=0.024, teeth=4, tangential=4e9, normal=2e9)
 # The plate is cut from 4 to 3 mm down to its foot, then a finishing pass of 0.05 mm takes the upper 3 mm.
 PROGRAM = "S{speed} M3\nF600\nG0 X-16 Y15 Z60\nG0 Z0\nG1 X64\nG0 Z60\nG0 X-16 Y14.95\nG0 Z27\nG1 X64\nG0 Z60\n"
 FINISHING_LINE = 9
@@ -46,7 +50,7 @@ def run(work: Any, *, speed: float = 9000, dynamics: ToolDynamics | None = None,
     setup = studies.describe_machining(studies.stock_of("box", lengths), CUT, spacing=0.5 * MM, **values)
     program = text.format(speed=speed)
     return studies.run_program(parse(program, start=(0, 0, 0.1)), setup, tip() if dynamics is None else dynamics,
-                               text=program, work=work)
+                               text=program, work=work, progress=lambda name, finished, total: name * (total - finished))
 
 
 def members_of(study: MachiningStudy, line: int) -> np.ndarray:
@@ -58,7 +62,7 @@ def members_of(study: MachiningStudy, line: int) -> np.ndarray:
 
 @pytest.fixture(scope="module")
 def study() -> MachiningStudy:
-    return run(studies.ClampedPart(plate(), (FOOT,), damping_ratio=0.02, stage_change=0.08))
+    return run(ClampedPart(plate(), (FOOT,), damping_ratio=0.02, stage_change=0.08))
 
 
 class FreshPlate:
@@ -87,6 +91,7 @@ class FreshPlate:
         return modes(self.stiffness, self.mass, count, is_counted=False).frequency[:count]
 
 
+@pytest.mark.slow
 def test_the_response_of_the_last_stage_is_that_of_a_fresh_mesh(study):
     """At a place of the finishing pass: all directions, from the static response to beyond the first mode."""
     assert study.work is not None and study.arcs is not None
@@ -102,15 +107,19 @@ def test_the_response_of_the_last_stage_is_that_of_a_fresh_mesh(study):
         omega = 2 * np.pi * frequency
         own = (response.shape / (response.omega**2 - omega**2)) @ response.shape.T
         gaps = [np.abs(own - other.response(frequency)).max() / np.abs(own).max() for other in fresh]
-        assert min(gaps) < 0.06  # one place stands for those within 5 % of amplitude, the cut of 0.05 mm for 5 % of compliance
+        assert min(gaps) < 0.06
+    static = np.diag((response.shape / response.omega**2) @ response.shape.T)
+    ratio = np.array([static / np.diag(other.response(0.0)) for other in fresh])
+    assert np.abs(ratio - 1).max(axis=1).min() < 0.08  # along z twelve modes hold a fifth of it
 
 
+@pytest.mark.slow
 def test_stages_follow_the_frequencies(study):
     """No more than the stated change between neighbours; the last is the plate that is left; volume as the stock's."""
     course = study.work.stages
     assert len(course.stages) > 3 and course.change.max() <= 0.08
     last = course.stages[-1]
-    assert last.state.volume == pytest.approx(study.removed.left_volume, rel=2e-3)
+    assert last.state.volume == pytest.approx(LENGTH * (HEIGHT * 3 * MM - 3 * MM * 0.05 * MM), rel=1e-3)
     assert not any("part and stock" in doubt for doubt in study.doubts)
 
 
@@ -126,10 +135,10 @@ def test_limits_are_those_of_tool_and_wall_together(study):
     problem = milling_problem(CUT.replaced(direction="slot"), both.response, both.x, y=both.y).changed(
         engagement=Engagement(float(study.arcs.entry[m]), float(study.arcs.exit[m])), feed_angle=float(study.arcs.angle[m]))
     chart = stability.chart(problem, np.array([9000.0]), depth_max=20 * MM)
-    rigid = run(None)
-    own, alone = (float(each.margins.limit[m]) for each in (study, rigid))
-    assert own == pytest.approx(float(chart.limit[0]), rel=0.05)
-    assert not np.isfinite(alone) or own < 0.8 * alone
+    own = float(study.margins.limit[m])
+    assert np.isfinite(own)
+    # The place that stands for those within 10 % of its amplitude gives way more than they do.
+    assert 0.8 < own / float(chart.limit[0]) < 1.03
 
 
 def test_measured_responses_hold_from_their_lines(tmp_path: Path):
@@ -160,14 +169,29 @@ def test_a_measured_line_along_y_stays_along_y():
     assert not placed.response.values[:, 0].any()
 
 
+@pytest.mark.slow
 def test_what_a_part_cannot_carry_is_doubted_first():
     """One element across, a stock that is not the part, damping of the material alone."""
-    part = studies.ClampedPart(plate(5 * MM, 6 * MM, replace(ALUMINIUM, loss_factor=0.01)), (FOOT,), stage_change=0.3,
+    part = ClampedPart(plate(5 * MM, 6 * MM, replace(ALUMINIUM, loss_factor=0.01)), (FOOT,), stage_change=0.3,
                                coarse=plate(5 * MM, 9 * MM, replace(ALUMINIUM, loss_factor=0.01)))
     doubts = run(part).doubts
     for words in ("elements thick", "part and stock", "of its material alone"):
         assert any(words in doubt for doubt in doubts), words
     assert any("errs by about" in note or "by a coarser mesh" in note for note in doubts)
+
+
+def test_lines_of_a_tool_that_are_too_coarse_for_the_wall_are_doubted():
+    """Peaks between lines, and modes above the band; modes of the tool, and a band that holds both, are not."""
+    wall = [ToolDynamics(Modes([500.0, 4000.0], 0.002, np.array([[0.0, 0.0], [1.0, 3.0]]), ("w:+x", "w:+y")), "w:+x", "w:+y")]
+
+    def tool(spacing: float, last: float) -> Frf:
+        lines = np.arange(10.0, last, spacing)
+        return Frf(lines, (1 / (1e7 - lines**2))[:, None, None] + 0j, ["t:+x"], ["t:+x"], "receptance")
+
+    coarse, short, fine = (question_lines(tool(*each), wall) for each in ((5.0, 5000.0), (0.25, 2000.0), (0.25, 5000.0)))
+    assert "peaks between lines are missed" in coarse[0] and coarse[0].grave and len(coarse) == 1
+    assert "12 % of its compliance" in short[0] and len(short) == 1
+    assert fine == [] and question_lines(tip().response, wall) == []
 
 
 FILE = """toolpoint: 1
@@ -194,16 +218,36 @@ def test_a_part_is_read_from_a_machine_file_and_refused_by_name(tmp_path: Path):
     assert part.coarse is not None and part.coarse.element_count < part.model.element_count
     with pytest.raises(ToolpointError, match="must be an interface of wall: foot"):
         studies.describe_part(description, ["fot"])
+    assert any("the springs of clamp are left out" in doubt for doubt in part.doubts)
+    path.write_text(FILE.format(loss=0.01).replace("mesh_size: 6 mm", "mesh_size: 60 mm"))
+    assert studies.describe_part(io.read_description(path), ["foot"]).coarse is None  # both would be one element
     path.write_text(FILE.format(loss=0))
     with pytest.raises(ToolpointError, match="no damping"):
         studies.describe_part(io.read_description(path), ["foot"])
     mesh = Casting([Cuboid((1, 1, 0), (1.048, 1.004, 0.03))], {"body": ALUMINIUM}).meshed(6 * MM)
-    beside = studies.ClampedPart(mesh, (PlaneFaces((1, 1, 0), (0, 0, 1)),), damping_ratio=0.02)
+    beside = ClampedPart(mesh, (PlaneFaces((1, 1, 0), (0, 0, 1)),), damping_ratio=0.02)
     with pytest.raises(ToolpointError, match="no material of it is cut"):
         run(beside)
     setup = studies.describe_machining(studies.stock_of("box", (0, 0, 0, 0.048, 0.004, 0.03)), CUT)
     program = parse(PROGRAM.format(speed=9000), start=(0, 0, 0.1))
     with pytest.raises(ToolpointError, match="without the dynamics of the tool"):
         studies.run_program(program, setup, work=part)
-    with pytest.raises(ToolpointError, match="tilted planes"):
-        studies.refuse_turned_work(part, is_tilted=True, is_five_axis=False)
+    for run_turned, words in ((studies.run_stages, "tilted planes"), (studies.run_five_axes, "five axes")):
+        with pytest.raises(ToolpointError, match=f"a program of {words}"):
+            run_turned(program, setup, tip(), work=part)
+
+
+@pytest.mark.slow
+def test_the_command_takes_the_part(tmp_path: Path, capsys):
+    """--work and --held: the stages stand in the table, and a response from a line on is the other door."""
+    (tmp_path / "wall.yaml").write_text(FILE.format(loss=0.02))
+    (tmp_path / "wall.nc").write_text(PROGRAM.format(speed=9000))
+    io.write_noun(Modes([900.0, 1100.0], 0.03, np.diag([2.0, 2.0]), ("tip:+x", "tip:+y")), tmp_path / "tip.h5")
+    io.write_noun(Modes([2500.0], 0.02, [[4.0]], ["wall:+y"]), tmp_path / "struck.h5")
+    common = ["machining", str(tmp_path / "wall.nc"), "--modes", str(tmp_path / "tip.h5"), "--stock", "box=0,0,0,48,4,30",
+              "--diameter", "24", "--teeth", "2", "--material", "al7075", "--spacing", "0.5", "--lobes", "0", "--json"]
+    main([*common, "--work", str(tmp_path / "wall.yaml"), "--held", "foot", "--stage-change", "30"])
+    told = json.loads(capsys.readouterr().out)
+    assert len(told["work"]["stages"]) >= 2 and told["work"]["mesh_error"] > 0
+    main([*common, "--work-response", f"1={tmp_path / 'struck.h5'}"])
+    assert any("one measured response" in doubt for doubt in json.loads(capsys.readouterr().out)["doubts"])

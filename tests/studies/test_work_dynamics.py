@@ -121,3 +121,20 @@ def test_the_command_takes_the_work_beside_every_source(tmp_path, capsys, kind):
     main(["lobes", str(MACHINES / "three_axis_vertical_drives.yaml"), "--work", str(work_file), *cut, "-o", str(tmp_path / "c"),
           "--json"])
     assert "wall.h5 is added to" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("known", [True, False])
+def test_the_direction_of_the_axis_stays_where_the_tool_has_it(known):
+    """G along z is the sum of both; a work whose response there is not known is rigid along it, which a note says."""
+    ways = ("+x", "+y", "+z")
+    tool = studies.modal_dynamics(Modes([700.0, 800.0, 900.0], 0.03, np.diag([1.0, 2.0, 3.0]), [f"tip:{way}" for way in ways]))
+    count = 3 if known else 2
+    shape = np.array([[0.5], [1.0], [2.0]])[:count]
+    wall = studies.modal_dynamics(Modes([300.0], 0.01, shape, [f"w:{way}" for way in ways[:count]]))
+    both = studies.with_work(tool, wall)
+    lines = np.array([10.0, 500.0])
+    parts = [frequency_response.modal(part.response, lines, part.response.dofs).values for part in (tool, wall)]
+    expected = parts[0].copy()
+    expected[:, :count, :count] += parts[1]
+    assert frequency_response.modal(both.response, lines, both.response.dofs).values == pytest.approx(expected, rel=1e-12)
+    assert any("rigid along the tool's axis" in note for note in both.notes) is not known

@@ -50,12 +50,13 @@ if TYPE_CHECKING:
     from toolpoint.io.two_states import read_two_states
     from toolpoint.io.urdf import read_robot
     from toolpoint.io.yaml.component_file import read as read_components
+    from toolpoint.io.yaml.described_machine import read_description
     from toolpoint.io.yaml.drive_file import read as read_drives
     from toolpoint.io.yaml.drive_file import write_gains
     from toolpoint.io.yaml.file_kinds import json_schema, kind_of, read_kind, read_tool
     from toolpoint.io.yaml.machine_file import read as read_machine
-    from toolpoint.io.yaml.machine_file import read_description, write_cutting
     from toolpoint.io.yaml.machine_file import write as write_machine
+    from toolpoint.io.yaml.machine_file import write_cutting
     from toolpoint.io.yaml.plan_file import read as read_plan
     from toolpoint.io.yaml.project_file import find_parts_without_cut, line_of_tried, read_tried
     from toolpoint.io.yaml.project_file import read as read_project
@@ -173,9 +174,10 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "template_files": ("list_templates", "write_template"),
     "urdf": ("read_robot",),
     "yaml.component_file": ("read as read_components",),
+    "yaml.described_machine": ("read_description",),
     "yaml.drive_file": ("read as read_drives", "write_gains"),
     "yaml.file_kinds": ("json_schema", "kind_of", "read_kind", "read_tool"),
-    "yaml.machine_file": ("read as read_machine", "read_description", "write as write_machine", "write_cutting"),
+    "yaml.machine_file": ("read as read_machine", "write as write_machine", "write_cutting"),
     "yaml.plan_file": ("read as read_plan",),
     "yaml.project_file": ("find_parts_without_cut", "read as read_project", "read_tried", "line_of_tried"),
     "yaml.project_parts": ("enter_part", "name_cut"),

@@ -65,9 +65,8 @@ if TYPE_CHECKING:
     from toolpoint.studies.machining.five_axes.run_five_axes import run_five_axes
     from toolpoint.studies.machining.run_program import run_program
     from toolpoint.studies.machining.setup import CuttingLimits, MachiningSetup
-    from toolpoint.studies.machining.thin_walls.clamped_part import ClampedPart, describe_part
+    from toolpoint.studies.machining.thin_walls.clamped_part import describe_part
     from toolpoint.studies.machining.thin_walls.measured_work import MeasuredWork
-    from toolpoint.studies.machining.thin_walls.work_along_program import refuse_turned_work
     from toolpoint.studies.machining.tilted_stages import compare_stages, run_stages
     from toolpoint.studies.machining.tool_tips import ToolTips
     from toolpoint.studies.measured.component_places import place_test
@@ -125,7 +124,6 @@ __all__ = [
     "BlowTone",
     "BlowVerdict",
     "Citation",
-    "ClampedPart",
     "CuttingLimits",
     "CuttingTest",
     "Dask",
@@ -231,7 +229,6 @@ __all__ = [
     "rank_changes",
     "rank_interfaces",
     "rank_tests",
-    "refuse_turned_work",
     "response_dynamics",
     "run_drives",
     "run_five_axes",
@@ -297,8 +294,7 @@ __all__ = [
 
 __getattr__, __dir__ = export_lazily(__name__, {
     "toolpoint.machine.description.variation": ("Factor", "Option", "Swap"),
-    "accuracy.accuracy_metric": ("AccuracyMetric",),
-    "accuracy.cut_course": ("WorkBlock",),
+    "accuracy.accuracy_metric": ("AccuracyMetric",), "accuracy.cut_course": ("WorkBlock",),
     "accuracy.joint_servos": ("servos_of",),
     "accuracy.milling_accuracy": ("MillingSetup", "mill_path"),
     "accuracy.moving_structure": ("ToolStance",),
@@ -329,8 +325,7 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "listening.live_listening": ("HeardWindow", "decisive_window", "follow_cut", "question_windows"),
     "listening.tried_cuts": ("hear_tried",),
     "live_testing.blow_tone": ("BlowTone", "sound_blow"),
-    "live_testing.blow_verdict": ("BlowVerdict",),
-    "live_testing.live_session": ("follow_blows",),
+    "live_testing.blow_verdict": ("BlowVerdict",), "live_testing.live_session": ("follow_blows",),
     "live_testing.live_tap": ("LiveProgress", "LiveTap"),
     "live_testing.mass_calibration": ("MassCalibration", "calibrate_on_mass"),
     "machines.base_reaction_study": ("study_base_reactions",),
@@ -354,9 +349,8 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "machining.setup": ("CuttingLimits", "MachiningSetup"),
     "machining.five_axes.run_five_axes": ("run_five_axes",),
     "machining.tilted_stages": ("compare_stages", "run_stages"),
-    "machining.thin_walls.clamped_part": ("ClampedPart", "describe_part"),
+    "machining.thin_walls.clamped_part": ("describe_part",),
     "machining.thin_walls.measured_work": ("MeasuredWork",),
-    "machining.thin_walls.work_along_program": ("refuse_turned_work",),
     "machining.tool_tips": ("ToolTips",),
     "measured.component_places": ("place_test",),
     "measured.described_test": ("study_described_records",),
@@ -382,19 +376,14 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "robots.turns": ("choose_turns", "compare_branches"),
     "robots.workspace": ("study_workspace",),
     "screening.answers": ("DepthLimit", "PeriodicError", "ResponsePeak"),
-    "screening.conclusions": ("draw_conclusions",),
-    "screening.designs": ("one_at_a_time",),
-    "screening.effects": ("rank_changes",),
-    "screening.improve": ("improve as improve_machine",),
+    "screening.conclusions": ("draw_conclusions",), "screening.designs": ("one_at_a_time",),
+    "screening.effects": ("rank_changes",), "screening.improve": ("improve as improve_machine",),
     "screening.metrics": ("NamedMetrics",),
     "screening.planned": ("improve_by_plan", "run_plan"),
-    "screening.robot_demo": ("run_demo as run_robot_demo",),
-    "screening.screen": ("screen",),
-    "servos.drive_experiment": ("run_drives",),
-    "servos.driven_responses": ("study_driven_responses",),
+    "screening.robot_demo": ("run_demo as run_robot_demo",), "screening.screen": ("screen",),
+    "servos.drive_experiment": ("run_drives",), "servos.driven_responses": ("study_driven_responses",),
     "servos.drive_structure": ("question_structure", "structure_of"),
-    "servos.servo_data": ("judge_servo_data",),
-    "servos.servo_map": ("map_servo",),
+    "servos.servo_data": ("judge_servo_data",), "servos.servo_map": ("map_servo",),
     "servos.step_test": ("StepSetting", "step_drives"),
     "servos.drive_tuning": ("TuningTarget", "tune_drives"),
     "testing.shaker_stand": ("describe_shaker", "stand_shaker"),

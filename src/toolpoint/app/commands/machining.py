@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, cast
 
@@ -86,7 +85,7 @@ class YieldingWork:
                                             needs="--held")] = None
     held: Annotated[tuple[str, ...], Help("Interface of that body whose face is clamped; several times.", metavar="NAME",
                                           needs="--work")] = ()
-    work_damping: Annotated[float, Help("Damping ratio of the clamped part; that of its material where left out.", above=0,
+    work_damping: Annotated[float, Help("Damping ratio of the clamped part; that of its material where left out.", minimum=0,
                                         maximum=0.5, needs="--work")] = 0.0
     stage_change: Annotated[float | None, Help("Change of a frequency at which the part is solved anew, %; 5 where left out.",
                                                scale=0.01, minimum=0.2, maximum=50, needs="--work")] = None
@@ -103,7 +102,8 @@ class YieldingWork:
         if self.work is None:
             return None
         options = {} if self.stage_change is None else {"stage_change": self.stage_change}
-        return studies.describe_part(io.read_description(self.work), self.held, damping_ratio=self.work_damping, **options)
+        description = io.read_description(self.work)
+        return studies.describe_part(description, self.held, damping_ratio=self.work_damping, **options)
 
 
 @dataclass(frozen=True)
@@ -204,10 +204,9 @@ def machining(run: Frame, program: Annotated[SourceFile, Argument()], dynamics: 
         stick_outs=dict(above.stick_outs), holder_diameter=above.holder,
         zero=dynamics.zero or {}, speed=speed, spacing=spacing, limits=limits, part=part_faces,
         drives=servo, rotary_speed=above.rotary_speed, rotary_acceleration=above.rotary_acceleration)
-    studies.refuse_turned_work(yielding, is_tilted=parsed.is_tilted, is_five_axis=parsed.is_five_axis)
     if parsed.is_tilted:
         staged = studies.run_stages(parsed, setup, source, name=program.name, text=text, lobes=lobes, folder=folder,
-                                    tips=tips_of_tools,
+                                    tips=tips_of_tools, work=yielding,
                                     with_advice=with_advice or write is not None, progress=run.progress_of_parts())
         staged = recorded.compare_stages(staged, record)
         if write is not None:
@@ -215,9 +214,9 @@ def machining(run: Frame, program: Annotated[SourceFile, Argument()], dynamics: 
             run.write("Program", write, lambda path: io.write_program(text, changes, path, original=program))
         run.present(pages.stages_page, staged, run.warnings, notes=[*staged.doubts, *staged.notes])
         return
-    run_all = studies.run_five_axes if parsed.is_five_axis else partial(studies.run_program, work=yielding)
+    run_all = studies.run_five_axes if parsed.is_five_axis else studies.run_program
     result = run_all(parsed, setup, source, name=program.name, text=text, with_advice=with_advice or write is not None,
-                     lobes=lobes, folder=folder, tips=tips_of_tools, progress=run.progress_of_parts())
+                     lobes=lobes, folder=folder, tips=tips_of_tools, work=yielding, progress=run.progress_of_parts())
     result = recorded.compare(result, record)
     if result.advice is not None:
         factors = io.SpeedAndFeed(result.advice.speed, result.advice.feed)

@@ -22,8 +22,8 @@ from toolpoint.bodies.solid.cut_lines import (
 from toolpoint.bodies.solid.element_kinds import ElementKind
 from toolpoint.bodies.solid.material import Material
 
-_CHUNK_ELEMENTS = 1000  # probed at once: half a million places
-_CHUNK_MATRICES = 48  # cut elements integrated at once: 50 MB of gradients
+_PROBED_ELEMENTS = 400  # probed at once: over a million places
+_INTEGRATED_ELEMENTS = 48  # cut elements integrated at once: 50 MB of gradients
 MIN_FILL = 1e-5  # of an element's volume: with less left it is gone
 _VOID_STIFFNESS_RATIO = 1e-7  # of the whole element, that a cut one keeps: nodes out of the material stay where they are
 MIXED_TIME = -1  # of an element whose places go at different pieces
@@ -55,15 +55,15 @@ class CutElements:
         self.time = np.full(len(nodes), sweep.count, np.int64)
         axis = np.zeros(len(nodes), np.int64)
         box = sweep.box
-        near = np.flatnonzero((corners.max(axis=1) >= box[0]).all(axis=1) & (corners.min(axis=1) <= box[1]).all(axis=1))
-        for start in range(0, near.size, _CHUNK_ELEMENTS):
-            part = near[start:start + _CHUNK_ELEMENTS]
+        within_reach = np.flatnonzero((corners.max(axis=1) >= box[0]).all(axis=1) & (corners.min(axis=1) <= box[1]).all(axis=1))
+        for start in range(0, within_reach.size, _PROBED_ELEMENTS):
+            part = within_reach[start:start + _PROBED_ELEMENTS]
             self.time[part], axis[part] = self._probe(part)
         self.mixed = np.flatnonzero(self.time == MIXED_TIME)
         self.axis = axis[self.mixed]
-        self.line_times = np.concatenate([np.zeros((0, LINE_COUNT, LINE_NODES), np.int64), *(
-            self._times_on_lines(self.mixed[start:start + _CHUNK_ELEMENTS], self.axis[start:start + _CHUNK_ELEMENTS])
-            for start in range(0, self.mixed.size, _CHUNK_ELEMENTS))])
+        self.line_times = np.concatenate([np.zeros((0, LINE_COUNT, LINE_NODES), np.int32), *(
+            self._times_on_lines(self.mixed[start:start + _PROBED_ELEMENTS], self.axis[start:start + _PROBED_ELEMENTS])
+            for start in range(0, self.mixed.size, _PROBED_ELEMENTS))])
         self._kept: dict[tuple[int, bytes], tuple[FloatArray, FloatArray, float]] = {}
 
     @cached_property
@@ -90,7 +90,7 @@ class CutElements:
 
     def _times_on_lines(self, part: IndexArray, axis: IndexArray) -> IndexArray:
         """Return the times of the places on the lines of elements, (e, LINE_COUNT, LINE_NODES)."""
-        times = np.empty((part.size, LINE_COUNT, LINE_NODES), np.int64)
+        times = np.empty((part.size, LINE_COUNT, LINE_NODES), np.int32)
         line, along = np.divmod(np.arange(LINE_COUNT * LINE_NODES), LINE_NODES)
         for k in range(3):
             rows = np.flatnonzero(axis == k)
@@ -102,9 +102,9 @@ class CutElements:
 
     def whole_at(self, stage: int) -> IndexArray:
         """Return the elements that are whole when `stage` pieces have been cut."""
-        whole = self.time >= stage
-        whole[self.mixed] = (self.line_times >= stage).all(axis=(1, 2))
-        return np.flatnonzero(whole)
+        is_whole = self.time >= stage
+        is_whole[self.mixed] = (self.line_times >= stage).all(axis=(1, 2))
+        return np.flatnonzero(is_whole)
 
     def cut_at(self, stage: int) -> tuple[IndexArray, FloatArray, FloatArray, FloatArray]:
         """Return the elements that are cut at a stage: numbers, stiffness and scalar mass over what is left, share of volume.
@@ -114,9 +114,9 @@ class CutElements:
         inside = self.line_times >= stage
         cut = np.flatnonzero(inside.any(axis=(1, 2)) & ~inside.all(axis=(1, 2)))
         keys = [(int(k), np.packbits(inside[k]).tobytes()) for k in cut]
-        missing = [n for n, key in enumerate(keys) if key not in self._kept]
-        for start in range(0, len(missing), _CHUNK_MATRICES):
-            part = missing[start:start + _CHUNK_MATRICES]
+        unsolved = [n for n, key in enumerate(keys) if key not in self._kept]
+        for start in range(0, len(unsolved), _INTEGRATED_ELEMENTS):
+            part = unsolved[start:start + _INTEGRATED_ELEMENTS]
             for n, result in zip(part, zip(*self._integrate(cut[part], stage), strict=True), strict=True):
                 self._kept[keys[n]] = result
         results = [self._kept[key] for key in keys]
@@ -131,7 +131,7 @@ class CutElements:
         """Return stiffness, scalar mass and share of volume of cut elements (places in `mixed`)."""
         elements, kind = self.mixed[cut], self.kind
         corners = self.corners[elements]
-        element, cube, weight = runs_of(kind, corners, self.axis[cut], self.line_times[cut], stage=stage,
+        element, cube, weight = runs_of(kind, corners, self.axis[cut], times=self.line_times[cut], stage=stage,
                                         ask=lambda places, owner: self.sweep.is_swept(places, owner, stage))
         order = np.argsort(element, kind="stable")
         element, (parents, factor) = element[order], parents_of(kind, cube[order])
@@ -139,15 +139,15 @@ class CutElements:
         points, weights = np.zeros((cut.size, int(place.max()) + 1, 3)), np.zeros((cut.size, int(place.max()) + 1))
         points[...] = kind.nodes.mean(axis=0)
         points[element, place], weights[element, place] = parents, weight[order] * factor
-        slope, volume = gradients_at(kind, corners, points, weights)
+        slope, volume = gradients_at(kind, corners, points, weights=weights)
         values = kind.values(points.reshape(-1, 3)).reshape(*points.shape[:2], -1)
-        whole = matrices.stiffness(kind, corners, self.material)
-        stiffness = matrices.stiffness_at(slope, volume, self.material) + _VOID_STIFFNESS_RATIO * whole
+        stiffness_of_whole = matrices.stiffness(kind, corners, self.material)
+        stiffness = matrices.stiffness_at(slope, volume, self.material) + _VOID_STIFFNESS_RATIO * stiffness_of_whole
         mass = self.material.density * np.swapaxes(values, 1, 2) @ (volume[:, :, None] * values)
         return stiffness, mass, volume.sum(axis=1) / self.volumes[elements]
 
 
-def gradients_at(kind: ElementKind, corners: FloatArray, points: FloatArray, weights: FloatArray
+def gradients_at(kind: ElementKind, corners: FloatArray, points: FloatArray, *, weights: FloatArray
                  ) -> tuple[FloatArray, FloatArray]:
     """Return gradients (e, p, nodes, 3), 1/m, and volumes (e, p), m^3, at points (e, p, 3) of the parent, weights (e, p)."""
     slopes = kind.slopes(points.reshape(-1, 3)).reshape(*points.shape[:2], -1, 3)

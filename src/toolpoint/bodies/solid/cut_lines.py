@@ -14,10 +14,10 @@ import numpy as np
 from toolpoint._check import FloatArray, IndexArray
 from toolpoint.bodies.solid.element_kinds import ElementKind
 
-LINE_NODES = 33  # places along a line, both ends among them
+LINE_NODES = 97  # places along a line, both ends among them: of two cuts nearer than 1/96 of the element the first one counts
 _END_INSET = 1e-6  # of the half element: the first and the last place lie so far inside
 _CROSS_CELLS = 3  # parts of an element across the lines, with two points of Gauss each
-_BISECTIONS = 14  # of the distance of two places along a line: the cut is placed within 1e-4 of it
+_CUT_BISECTIONS = 14  # of the distance of two places along a line: the cut is placed within 1e-4 of it
 _RUN_POINTS = 3  # of Gauss, along each run of material
 
 Question = Callable[[FloatArray, IndexArray], np.ndarray]  # places (n, 3), m, and the piece that cut beside them -> bools
@@ -61,7 +61,7 @@ def places_on(kind: ElementKind, corners: FloatArray, cube: FloatArray) -> Float
     return np.einsum("pn,pnc->pc", kind.values(parents_of(kind, cube)[0]), corners)
 
 
-def runs_of(kind: ElementKind, corners: FloatArray, axis: IndexArray, times: IndexArray, *, stage: int, ask: Question
+def runs_of(kind: ElementKind, corners: FloatArray, axis: IndexArray, *, times: IndexArray, stage: int, ask: Question
             ) -> tuple[IndexArray, FloatArray, FloatArray]:
     """Return the rule over the material of cut elements: element (r,), places of the cube (r, 3), weights (r,).
 
@@ -74,16 +74,16 @@ def runs_of(kind: ElementKind, corners: FloatArray, axis: IndexArray, times: Ind
     last = np.nonzero(change == -1)[2] - 1
     ends = np.stack([LINE_PLACES[first], LINE_PLACES[last]], axis=1)
     ends[first == 0, 0], ends[last == LINE_NODES - 1, 1] = -1.0, 1.0
-    for end, here, outside in ((0, first, first - 1), (1, last, last + 1)):
+    for end, inner_node, outside in ((0, first, first - 1), (1, last, last + 1)):
         cut = np.flatnonzero((outside >= 0) & (outside < LINE_NODES))
         e, n = element[cut], line[cut]
         owner = times[e, n, outside[cut]]
-        kept, gone = LINE_PLACES[here[cut]], LINE_PLACES[outside[cut]]
-        for _ in range(_BISECTIONS):
-            middle = 0.5 * (kept + gone)
+        kept, removed_place = LINE_PLACES[inner_node[cut]], LINE_PLACES[outside[cut]]
+        for _ in range(_CUT_BISECTIONS):
+            middle = 0.5 * (kept + removed_place)
             is_cut = ask(places_on(kind, corners[e], on_lines(axis[e], n, middle)), owner)
-            gone, kept = np.where(is_cut, middle, gone), np.where(is_cut, kept, middle)
-        ends[cut, end] = 0.5 * (kept + gone)
+            removed_place, kept = np.where(is_cut, middle, removed_place), np.where(is_cut, kept, middle)
+        ends[cut, end] = 0.5 * (kept + removed_place)
     x, w = np.polynomial.legendre.leggauss(_RUN_POINTS)
     along = ends.mean(axis=1)[:, None] + 0.5 * (ends[:, 1] - ends[:, 0])[:, None] * x
     weight = 0.5 * (ends[:, 1] - ends[:, 0])[:, None] * w * (

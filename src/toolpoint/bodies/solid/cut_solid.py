@@ -55,8 +55,9 @@ class CutSolid:
         if model.element_count > MAX_CUT_ELEMENTS:
             fail("part", f"{model.element_count} elements", f"must be {MAX_CUT_ELEMENTS} at most: every stage is solved anew",
                  remedy="a larger mesh size; one element may be as thick as the wall")
-        spread = np.linalg.svd(model.nodes[held] - model.nodes[held].mean(axis=0), compute_uv=False) if len(held) > 2 else np.zeros(1)
-        if len(spread) < 2 or spread[1] < _MIN_BREADTH_RATIO * max(spread[0], 1e-12):
+        places = model.nodes[held]
+        spread = np.linalg.svd(places - places.mean(axis=0), compute_uv=False) if len(held) > 2 else np.zeros(2)
+        if spread[1] <= _MIN_BREADTH_RATIO * spread[0]:
             fail("held", f"{len(held)} nodes", "must be three at least, not in one line", remedy="name a face that is clamped")
         self.model, self.held, self.sweep = model, np.unique(held), sweep
         self.blocks = tuple(CutElements(block.kind, block.nodes, model.nodes[block.nodes],
@@ -121,10 +122,10 @@ class CutSolid:
         """
         sums = [part.copy() for part in self._never_cut]
         partial = [block.cut_at(stage) for block in self.blocks]
-        whole = [block.whole_at(stage) for block in self.blocks]
-        active = [np.concatenate([elements, part[0]]) for elements, part in zip(whole, partial, strict=True)]
+        uncut = [block.whole_at(stage) for block in self.blocks]
+        active = [np.concatenate([elements, part[0]]) for elements, part in zip(uncut, partial, strict=True)]
         joined, loose_volume = self._joined(active, partial)
-        for block, elements, part, keep in zip(self.blocks, whole, partial, joined, strict=True):
+        for block, elements, part, keep in zip(self.blocks, uncut, partial, joined, strict=True):
             is_new = keep[:elements.size] & (block.time[elements] != self.sweep.count)
             self._add_whole(block, elements[is_new], sums)
             self._add_cut(block, part, keep[elements.size:], sums)
@@ -137,11 +138,11 @@ class CutSolid:
                         loose_volume)
 
     def _free(self, active: Sequence[IndexArray]) -> IndexArray:
-        moves = np.zeros(len(self.model.nodes), bool)
+        is_free = np.zeros(len(self.model.nodes), bool)
         for block, elements in zip(self.blocks, active, strict=True):
-            moves[block.nodes[elements]] = True
-        moves[self.held] = False
-        return np.flatnonzero(np.repeat(moves, 3))
+            is_free[block.nodes[elements]] = True
+        is_free[self.held] = False
+        return np.flatnonzero(np.repeat(is_free, 3))
 
     def _joined(self, active: Sequence[IndexArray], partial: Sequence[_CutPart]) -> tuple[list[np.ndarray], float]:
         """Return which of the active elements are joined to the held nodes, and the volume of the others, m^3."""

@@ -11,9 +11,9 @@ from scipy.spatial import cKDTree
 from toolpoint._check import FloatArray, IndexArray
 from toolpoint.bodies.solid.element_kinds import ElementKind
 
-_CANDIDATES = 8  # nearest elements, by their centres, that are tried for a place
-_NEWTON_STEPS = 8
-_SETTLED, _FAR = 1e-12, 3.0  # in the parent element: a smaller step is the last; no place is looked for farther out
+_TRIED_ELEMENTS = 8  # nearest elements, by their centres, that are tried for a place
+_PARENT_STEPS = 8
+_MIN_PARENT_STEP, _MAX_PARENT = 1e-12, 3.0  # in the parent element: a smaller step is the last; places looked at lie within
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,32 +42,33 @@ def locate(parts: Sequence[tuple[ElementKind, IndexArray, FloatArray]], places: 
     for kind, numbers, corners in parts:
         if not len(numbers):
             continue
-        element, parent, away = _nearest(kind, corners, places)
-        closer = np.flatnonzero(away < distance)
+        element, parent, gap = _nearest(kind, corners, places)
+        closer = np.flatnonzero(gap < distance)
         k = kind.node_count
         nodes[closer], values[closer] = 0, 0.0
         nodes[closer, :k], values[closer, :k] = numbers[element[closer]], kind.values(parent[closer])
-        distance[closer] = away[closer]
+        distance[closer] = gap[closer]
     return ElementPlaces(nodes, values, distance)
 
 
 def _nearest(kind: ElementKind, corners: FloatArray, places: FloatArray) -> tuple[IndexArray, FloatArray, FloatArray]:
     """Return the element of one kind at or next to each place, the place in its parent (n, 3), and the distance, m."""
     tree = cKDTree(corners[:, :kind.corner_count].mean(axis=1))
-    tried = np.atleast_2d(tree.query(places, k=min(_CANDIDATES, len(corners)))[1]).reshape(len(places), -1)
+    tried = np.atleast_2d(tree.query(places, k=min(_TRIED_ELEMENTS, len(corners)))[1]).reshape(len(places), -1)
     element, target = tried.ravel(), np.repeat(places, tried.shape[1], axis=0)
     parent, nodes = np.tile(kind.nodes.mean(axis=0), (element.size, 1)), corners[element]
-    for _ in range(_NEWTON_STEPS):
+    for _ in range(_PARENT_STEPS):
         jacobian = np.einsum("pna,pnb->pab", kind.slopes(parent), nodes)
         residual = target - np.einsum("pn,pnc->pc", kind.values(parent), nodes)
-        moved = np.clip(parent + np.linalg.solve(np.swapaxes(jacobian, 1, 2), residual[:, :, None])[:, :, 0], -_FAR, _FAR)
-        has_settled, parent = bool(np.abs(moved - parent).max() < _SETTLED), moved
+        step = np.linalg.solve(np.swapaxes(jacobian, 1, 2), residual[:, :, None])[:, :, 0]
+        moved = np.clip(parent + step, -_MAX_PARENT, _MAX_PARENT)
+        has_settled, parent = bool(np.abs(moved - parent).max() < _MIN_PARENT_STEP), moved
         if has_settled:
             break
     inside = _clipped(kind, parent)
-    away = np.linalg.norm(np.einsum("pn,pnc->pc", kind.values(inside), nodes) - target, axis=1).reshape(tried.shape)
-    best, rows = away.argmin(axis=1), np.arange(len(places))
-    return tried[rows, best], inside.reshape(*tried.shape, 3)[rows, best], away[rows, best]
+    gap = np.linalg.norm(np.einsum("pn,pnc->pc", kind.values(inside), nodes) - target, axis=1).reshape(tried.shape)
+    best, rows = gap.argmin(axis=1), np.arange(len(places))
+    return tried[rows, best], inside.reshape(*tried.shape, 3)[rows, best], gap[rows, best]
 
 
 def _clipped(kind: ElementKind, parent: FloatArray) -> FloatArray:

@@ -56,7 +56,7 @@ def read(path: str | Path) -> Machine:
 
         return _build(urdf.read(path))
     document = parse(Path(path))
-    description = _description(document)
+    description = describe_document(document)
     if document.faults or description is None:
         raise FileFaults(str(path), document.text, document.faults)
     try:
@@ -67,23 +67,6 @@ def read(path: str | Path) -> Machine:
             raise
         document.fault(key, str(error).removeprefix(f"{error.argument}: "))
         raise FileFaults(str(path), document.text, document.faults) from None
-
-
-@door("machine file")
-def read_description(path: str | Path) -> d.MachineDescription:
-    """Return what a YAML machine file describes, without building it: its meshes are read, and nothing is reduced.
-
-    Raises FileFaults with every fault of the file.
-
-    >>> from importlib.resources import files
-    >>> sorted(read_description(files("toolpoint.app") / "machines" / "three_axis_vertical.yaml").axes)
-    ['X', 'Y', 'Z']
-    """
-    document = parse(Path(path))
-    description = _description(document)
-    if document.faults or description is None:
-        raise FileFaults(str(path), document.text, document.faults)
-    return description
 
 
 def _build(description: d.MachineDescription) -> Machine:
@@ -97,13 +80,13 @@ def _build(description: d.MachineDescription) -> Machine:
     return condense_described(machine)
 
 
-def _description(document: Document) -> d.MachineDescription | None:
+def describe_document(document: Document) -> d.MachineDescription | None:
+    """Return what a document describes; None with faults, which stand in it."""
     if document.data.get("arm") is not None:
         from toolpoint.io.yaml.arm_section import expand_arm  # loaded where a file describes an arm
 
         expand_arm(document)
-    data = document.data
-    version = data.get("toolpoint")
+    data, version = document.data, document.data.get("toolpoint")
     if version != FILE_VERSION:
         document.fault(("toolpoint",), f"file version {version!r}; this program reads version {FILE_VERSION}"
                        if "toolpoint" in data else "missing; the first line of a machine file is 'toolpoint: 1'")

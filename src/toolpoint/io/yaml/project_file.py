@@ -7,20 +7,19 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, GetCoreSchemaHandler
-from pydantic_core import CoreSchema, core_schema
+from pydantic import Field
 
 from toolpoint._check import ToolpointError, suggestion
 from toolpoint.io.door import door
 from toolpoint.io.faults import FileFaults
 from toolpoint.io.quantities import units
-from toolpoint.io.quantities.units import UnitError
 from toolpoint.io.quantities.written import read_curve, read_stock
 from toolpoint.io.yaml.cutting_schema import CuttingModel, cutting_of
 from toolpoint.io.yaml.description_schema import file_schema
 from toolpoint.io.yaml.document import FILE_VERSION, Document, Key, parse, validate
 from toolpoint.io.yaml.part import Part
-from toolpoint.io.yaml.quantity_fields import AxisPosition, Scalar, Vector, fault
+from toolpoint.io.yaml.program_part import DepthField, PoseField, ProgramPart, SpeedField, StatedScalar, check_work
+from toolpoint.io.yaml.quantity_fields import Scalar, Vector
 from toolpoint.machine.description.project_plan import (
     ContourGoal,
     CoupledTool,
@@ -39,29 +38,6 @@ CUT_SECTIONS = ("goals", "programs")  # keys whose parts name a cut
 SOURCE_KEYS = ("test", "records", "responses", "modes")
 
 
-class StatedScalar(Scalar):
-    """Quantity whose unit must be written: a goal of ``3`` may be meant in mm or in m."""
-
-    def read(self, value: object) -> float:
-        """Return a text with unit as its SI value; refuse a bare number."""
-        text = str(value).strip().replace("rev/min", "rpm")
-        try:
-            float(text)
-        except ValueError:
-            return super().read(text)
-        unit = {"m": "mm", "m/s": "mm/s"}.get(self.kind.unit, self.kind.unit)
-        raise fault(UnitError(f"{text} has no unit; write it with one, for example '{text} {unit}'"))
-
-    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        limited = core_schema.float_schema(gt=self.gt, ge=self.ge, lt=self.lt, le=self.le)
-        return core_schema.no_info_before_validator_function(self.read, limited)
-
-
-_Pose = dict[str, Annotated[float, AxisPosition()]]
-_Speed = Annotated[float, StatedScalar(units.SPEED, gt=0)]
-_Depth = Annotated[float, StatedScalar(units.LENGTH, gt=0, le=1)]
-
-
 class TestPart(Part):
     """A test: one source of data, where, when, of what."""
 
@@ -74,7 +50,7 @@ class TestPart(Part):
     pattern: str | None = None
     of: Literal["structure", "tip x", "tip y"] = "structure"
     date: str = ""
-    pose: _Pose = {}
+    pose: PoseField = {}
     sensor_mass: Annotated[float, Scalar(units.MASS, gt=0)] | None = None
     band: Annotated[tuple[float, float], Vector(units.FREQUENCY, 2)] | None = None
 
@@ -82,10 +58,10 @@ class TestPart(Part):
 class GoalPart(Part):
     """A goal: a cut at a speed and depth at a pose, both with their units."""
 
-    speed: _Speed
-    depth: _Depth
+    speed: SpeedField
+    depth: DepthField
     cut: str = ""
-    pose: _Pose = {}
+    pose: PoseField = {}
     stick_out: Annotated[float, StatedScalar(units.LENGTH, gt=0, le=1)] | None = None
 
 
@@ -104,55 +80,6 @@ class ChangePart(Part):
     joint: str
     stiffness: Annotated[float, Scalar(units.RATIO, gt=-1)]
     cost: Annotated[float, Field(ge=0)] = 1.0
-
-
-class SpindlePart(Part):
-    """Limits of the spindle and of the tool at its holder."""
-
-    power: Annotated[float, Scalar(units.POWER, gt=0)] = float("inf")
-    torque: Annotated[float, Scalar(units.MOMENT, gt=0)] = float("inf")
-    speed: Annotated[float, Scalar(units.SPEED, gt=0)] = float("inf")
-    bending: Annotated[float, Scalar(units.MOMENT, gt=0)] = float("inf")
-    curve: str = ""
-
-
-class WorkPart(Part):
-    """Work that gives way: a clamped part by finite elements, or responses from lines of the program on."""
-
-    part: str | None = None
-    held: tuple[str, ...] = ()
-    damping_ratio: Annotated[float, Scalar(units.RATIO, ge=0, le=0.5)] = 0.0
-    stage_change: Annotated[float, Scalar(units.RATIO, ge=0.002, le=0.5)] = 0.05
-    responses: dict[int, str] = {}
-
-
-class ProgramPart(Part):
-    """An NC program: its file and stock, the tool, the place of its zero, what the spindle bears, a record of its run."""
-
-    program: str
-    stock: str
-    cut: str = ""
-    tools: dict[int, str] = {}
-    tips: dict[int, str] = {}
-    shafts: dict[int, str] = {}
-    coefficient_deviation: Annotated[float, Scalar(units.RATIO, gt=0, lt=1)] | None = None
-    zero: _Pose = {}
-    speed: Annotated[float, StatedScalar(units.SPEED, ge=0)] = 0.0
-    first_feed: Annotated[float, StatedScalar(units.FEED, gt=0)] | None = None
-    stick_out: Annotated[float, StatedScalar(units.LENGTH, ge=0, le=1)] = 0.0
-    stick_outs: dict[int, Annotated[float, StatedScalar(units.LENGTH, gt=0, le=1)]] = {}
-    wear_only: bool = False
-    holder: Annotated[float, StatedScalar(units.LENGTH, ge=0, le=1)] = 0.0
-    spacing: Annotated[float, StatedScalar(units.LENGTH, ge=0, le=0.1)] = 0.0
-    servo: bool = True
-    part: str | None = None
-    record: str | None = None
-    signal: str = ""
-    efficiency: Annotated[float, Scalar(units.RATIO, ge=0.1, le=1)] = 1.0
-    spindle: SpindlePart = SpindlePart()
-    rotary_speed: Annotated[float, StatedScalar(units.ANGULAR_SPEED, gt=0)] = float("inf")
-    rotary_acceleration: Annotated[float, StatedScalar(units.ANGULAR_ACCELERATION, gt=0)] = float("inf")
-    work: WorkPart | None = None
 
 
 class CouplingPart(Part):
@@ -180,7 +107,7 @@ class ProjectFile(Part):
     goals: dict[str, GoalPart] = {}
     contours: dict[str, ContourPart] = {}
     changes: dict[str, ChangePart] = {}
-    workspace: tuple[_Pose, ...] = ()
+    workspace: tuple[PoseField, ...] = ()
     draws: Annotated[int, Field(ge=20, le=10_000)] = 60
     seed: Annotated[int, Field(ge=0)] = 1
     programs: dict[str, ProgramPart] = {}
@@ -196,12 +123,12 @@ class DeviationPart(Part):
 class TriedPart(Part):
     """A cut that was tried."""
 
-    speed: _Speed
-    depth: _Depth
+    speed: SpeedField
+    depth: DepthField
     outcome: Literal["stable", "chatter"]
     frequency: Annotated[float, Scalar(units.FREQUENCY, gt=0)] | None = None
     cut: str = ""
-    pose: _Pose = {}
+    pose: PoseField = {}
 
 
 class TriedFile(Part):
@@ -334,7 +261,7 @@ def _check_program(name: str, entry: Mapping[str, Any], cuts: Mapping[str, Any],
     if entry.get("shafts") and not (isinstance(coupling, dict) and coupling.get("point")):
         document.fault(("programs", name, "shafts"), "need the section coupling with a point of the machine, where they begin; "
                        "on a struck gauge, couple them by toolpoint rcsa and name the responses under tips")
-    _check_work(name, entry.get("work"), document)
+    check_work(name, entry.get("work"), document)
     stock, curve = str(entry.get("stock", "")), str((entry.get("spindle") or {}).get("curve", ""))
     try:
         read_curve(curve or "1:1")
@@ -348,17 +275,6 @@ def _check_program(name: str, entry: Mapping[str, Any], cuts: Mapping[str, Any],
     except (ToolpointError, ValueError) as error:
         document.fault(("programs", name, "stock"), f"{error}; must be box=X1,Y1,Z1,X2,Y2,Z2 or "
                                                     "cylinder=DIAMETER,BOTTOM,TOP[,X,Y] in mm, or an STL file")
-
-
-def _check_work(name: str, entry: Any, document: Document) -> None:
-    """Add the fault of a work that is described in two ways or in none, or that nothing holds."""
-    if not isinstance(entry, dict):
-        return
-    if bool(entry.get("part")) == bool(entry.get("responses")):
-        document.fault(("programs", name, "work"), "must have part (a machine file with one body by finite elements) with "
-                       "held, or responses (files by the line from which each holds)")
-    elif entry.get("part") and not entry.get("held"):
-        document.fault(("programs", name, "work"), "held: missing; name the interfaces of the part that are clamped")
 
 
 def _mappings(section: Any) -> dict[str, dict[str, Any]]:

@@ -14,12 +14,15 @@ from toolpoint.plot.figures.machining import course_over_time, record_over_time
 from toolpoint.studies.machining.errors.block_errors import ERROR_HEADER
 from toolpoint.studies.machining.recorded.record_comparison import UNEXPECTED_HEADER, RecordComparison
 from toolpoint.studies.machining.result import HEADER, VERDICTS, MachiningStudy
+from toolpoint.studies.machining.thin_walls.work_course import STAGE_HEADER
 from toolpoint.studies.machining.tilted_stages import StagedStudy, tilt_words
 
 LISTED_BLOCKS = 40  # worst ones, with their lines
 ERROR_KEY = "Total: along the normal of wall or floor, the larger, positive where material is left. Wall, floor: of the forced \
 vibration. Cusp: between neighbouring tracks of a ball. \
 Contour: of the tables from the path. Push: of the servo by the mean cutting force"
+WORK_KEY = "The part at each stage: natural frequencies, their change since the stage before, the thinnest wall behind a cut, \
+and the largest static compliance that a cut meets, along the normal of its wall"
 MARK_OF_VERDICT = {"chatters": "doubtful", "stable": "good"}
 
 
@@ -34,6 +37,9 @@ def machining_page(result: MachiningStudy, warnings: Sequence[str] = ()) -> Repo
         errors = result.error_rows(LISTED_BLOCKS)
         if errors:
             report = report.with_section("Errors of blocks, largest first", Table(list(ERROR_HEADER), errors, ERROR_KEY))
+        if result.work is not None:
+            rows = [list(row) for row in result.work.rows]
+            report = report.with_section("Stages of the work", Table(list(STAGE_HEADER), rows, WORK_KEY))
         if result.record is not None:
             report = report.with_section("Against the record", *_record(result.record))
         report = report.with_section("Over the time of the program", *_course(result))

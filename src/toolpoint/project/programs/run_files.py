@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +20,7 @@ from toolpoint.project.limits.systems import DrawnSystems, MachineDraws, TipDraw
 from toolpoint.project.limits.tips import read_tip
 from toolpoint.studies.cuts.tool_dynamics import ToolDynamics
 from toolpoint.studies.machining.result import MachiningStudy
+from toolpoint.studies.machining.thin_walls.clamped_part import ClampedPart
 from toolpoint.studies.machining.tilted_stages import StagedStudy
 
 
@@ -105,15 +105,14 @@ def run_files(files: ProgramFiles, settings: Mapping[str, Any], dynamics: Machin
         limits=studies.CuttingLimits(**settings["spindle"]), drives=servo, **_rotary(settings),
         part=None if files.part is None or is_tilted else io.read_surface(files.part))
     name, record, work = files.program.name, _read_record(files.record, settings), read_work(files, settings)
-    studies.refuse_turned_work(work, is_tilted=parsed.is_tilted, is_five_axis=parsed.is_five_axis)
     if parsed.is_tilted:
         staged = studies.run_stages(parsed, setup, dynamics, name=name, text=text, lobes=lobes, progress=progress, tips=tips,
-                                    with_advice=with_advice and dynamics is not None)
+                                    work=work, with_advice=with_advice and dynamics is not None)
         if record is not None:
             staged = studies.compare_stages(staged, *record[0], **record[1])
         return ProgramRun(staged, *_deviations(files, settings), tuple(_left_out(files)), tips)
-    run_all = studies.run_five_axes if parsed.is_five_axis else partial(studies.run_program, work=work)
-    study = run_all(parsed, setup, dynamics, name=name, text=text, lobes=lobes, tips=tips,
+    run_all = studies.run_five_axes if parsed.is_five_axis else studies.run_program
+    study = run_all(parsed, setup, dynamics, name=name, text=text, lobes=lobes, tips=tips, work=work,
                     with_advice=with_advice and dynamics is not None, progress=progress)
     if record is not None:
         study = studies.compare_record(study, *record[0], **record[1])
@@ -126,7 +125,7 @@ def _rotary(settings: Mapping[str, Any]) -> dict[str, float]:
     return {name: value for name, value in zip(names, settings["rotary"], strict=True) if value is not None}
 
 
-def read_work(files: ProgramFiles, settings: Mapping[str, Any]) -> studies.ClampedPart | studies.MeasuredWork | None:
+def read_work(files: ProgramFiles, settings: Mapping[str, Any]) -> ClampedPart | studies.MeasuredWork | None:
     """Return the work of a program that gives way, None where it is rigid."""
     described = settings["work"]
     if described is None:

@@ -16,7 +16,8 @@ from toolpoint._check import Array, ComplexArray, FloatArray, ToolpointError
 from toolpoint.studies.cuts.tool_dynamics import ToolDynamics
 from toolpoint.vibration import Dof, Frf, Modes, frequency_response
 
-BOTH_LABELS = tuple(Dof("tool-work", way) for way in ("+x", "+y", "+z"))  # of the response between tool and work
+BOTH_LABELS = (Dof("tool-work", "+x"), Dof("tool-work", "+y"))  # of the response between tool and work
+SPATIAL_LABELS = (*BOTH_LABELS, Dof("tool-work", "+z"))  # of the same where that along the tool's axis is known
 _HIGHEST_LINE_RATIO = 3.0  # of the highest mode: tooth passing reaches beyond it
 _LINE_COUNT_RANGE = (2000, 20000)  # of modes that are taken as lines
 _MIN_COMMON_LINES = 16  # lines that both responses cover
@@ -68,9 +69,9 @@ def _labels(dynamics: ToolDynamics) -> tuple[str | None, str | None, str | None]
     """Return the labels along x, y (None: rigid; ``same``) and z (None: not known) of the point that is cut at."""
     x = Dof.parse(dynamics.x)
     axial = Dof(x.point, "+z")
-    known = dynamics.response.dofs if isinstance(dynamics.response, Modes) else [
+    dofs = dynamics.response.dofs if isinstance(dynamics.response, Modes) else [
         dof for dof in dynamics.response.outputs if dof in dynamics.response.inputs]
-    return dynamics.x, dynamics.y, str(axial) if axial in known and axial != x else None
+    return dynamics.x, dynamics.y, str(axial) if axial in dofs and axial != x else None
 
 
 def _rows_of(dynamics: ToolDynamics) -> list[tuple[int, str]]:
@@ -80,7 +81,7 @@ def _rows_of(dynamics: ToolDynamics) -> list[tuple[int, str]]:
 
 def _both_labels(tool: ToolDynamics) -> tuple[Dof, ...]:
     """Return the labels of the response between tool and work: along z too where the tool's is known."""
-    return BOTH_LABELS if _labels(tool)[2] is not None else BOTH_LABELS[:2]
+    return SPATIAL_LABELS if _labels(tool)[2] is not None else BOTH_LABELS
 
 
 def _add_as_modes(tool: Modes, work: Modes) -> bool:
@@ -138,9 +139,9 @@ def _spread_rows(dynamics: ToolDynamics, modes: Modes, count: int) -> tuple[Arra
     """Return shapes and participations (count, m) along x, y and, of three, z; zero where the part is rigid."""
     placed = [(row, label) for row, label in _rows_of(dynamics) if row < count]
     rows, names = [row for row, _ in placed], [label for _, label in placed]
-    given = modes.shape_at(names), modes.participation_at(names)
-    shape, participation = (np.zeros((count, modes.count), part.dtype) for part in given)
-    shape[rows], participation[rows] = given
+    parts = modes.shape_at(names), modes.participation_at(names)
+    shape, participation = (np.zeros((count, modes.count), part.dtype) for part in parts)
+    shape[rows], participation[rows] = parts
     return shape, participation
 
 
@@ -161,7 +162,7 @@ def _doubled(modes: Modes, x: str) -> Modes:
     shape, participation = modes.shape_at([x]), modes.participation_at([x])
     zero = np.zeros_like(shape)
     return Modes(np.tile(modes.frequency, 2), np.tile(modes.damping_ratio, 2), np.block([[shape, zero], [zero, shape]]),
-                 BOTH_LABELS[:2], modes.scaling, modes.damping, notes=modes.notes, input_dofs=BOTH_LABELS[:2],
+                 BOTH_LABELS, modes.scaling, modes.damping, notes=modes.notes, input_dofs=BOTH_LABELS,
                  participation=np.block([[participation, zero], [zero, participation]]))
 
 

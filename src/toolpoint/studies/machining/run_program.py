@@ -32,6 +32,7 @@ from toolpoint.studies.machining.result import MachiningStudy
 from toolpoint.studies.machining.setup import MachiningSetup
 from toolpoint.studies.machining.solver import StabilitySolver
 from toolpoint.studies.machining.thin_walls.clamped_part import ClampedPart
+from toolpoint.studies.machining.thin_walls.course_doubts import question_lines
 from toolpoint.studies.machining.thin_walls.measured_work import MeasuredWork
 from toolpoint.studies.machining.thin_walls.work_along_program import follow_work
 from toolpoint.studies.machining.tilted_poses import find_tilted_poses
@@ -115,7 +116,8 @@ def run_program(program: ParsedProgram, setup: MachiningSetup, dynamics: Machine
                                  progress=lambda finished, total: progress("stages of the work", finished, total))
             pose, chosen, yielding = course.joined(arcs.place, pose)
             poses = [poses[k] for k in chosen.tolist()]
-            doubts, notes = [*doubts, *course.doubts], [*notes, *course.notes]
+            doubts += [*question_lines(poses[0].response, course.dynamics), *course.doubts]
+            notes += course.notes
         solver = StabilitySolver(setup, poses, tips or ToolTips(), () if course is None else yielding)
         isotropic = solver.is_isotropic
         notes += solver.tips.notes(poses, laid.numbers)

@@ -21,6 +21,9 @@ from toolpoint.studies.machining.program_path import ParsedProgram
 from toolpoint.studies.machining.result import MachiningStudy
 from toolpoint.studies.machining.run_program import run_program
 from toolpoint.studies.machining.setup import MachiningSetup
+from toolpoint.studies.machining.thin_walls.clamped_part import ClampedPart
+from toolpoint.studies.machining.thin_walls.measured_work import MeasuredWork
+from toolpoint.studies.machining.thin_walls.work_along_program import refuse_turned_work
 from toolpoint.studies.machining.tool_tips import ToolTips
 
 _SPEED_WORD_TOLERANCE = 1e-9  # of factors on a spindle speed
@@ -120,7 +123,7 @@ def tilt_words(rotation: FloatArray) -> str:
 
 def run_stages(program: StagedProgram, setup: MachiningSetup, dynamics: Machine | ToolDynamics | None = None, *,
                name: str = "program", text: str = "", lobes: int = 0, with_advice: bool = False, folder: Path | None = None,
-               tips: ToolTips | None = None,
+               tips: ToolTips | None = None, work: ClampedPart | MeasuredWork | None = None,
                progress: Callable[..., None] = lambda name, finished, total: None) -> StagedStudy:
     """Return what every block of a program in tilted planes meets.
 
@@ -156,6 +159,7 @@ def run_stages(program: StagedProgram, setup: MachiningSetup, dynamics: Machine 
     >>> any(doubt.grave for doubt in studies.compare_stages(study, 0.1 * np.arange(600), noise).doubts)
     True
     """
+    refuse_turned_work(work, "tilted planes")
     from toolpoint.material_removal.cut_stock import CutStock  # brings the compiler
 
     if setup.drives is not None or len(setup.part):

@@ -128,7 +128,7 @@ def keep_nodes(theta: FloatArray, order: IndexArray, used: int, at_levels: Compl
     if used > MAX_KEPT_NODES:
         return 0
     out[0] = theta[order[0]]
-    number, a = 1, 0
+    number, a = 1, int(0)  # noqa: RUF046, UP018
     while a < used - 1:
         b = a + 1
         while (b + 1 < used and theta[order[b + 1]] - theta[order[a]] <= 2.01 * math.pi / base

@@ -5,6 +5,8 @@ At fixed depth s the number of unstable multipliers is minus the phase that D(th
 serves all depths: a new node goes between two whose phase step is above 1.2 rad at any level. Where the count changes between
 two depths a root s(theta) crosses the real axis; it lies where the phase step is largest, which is where the secant rule for
 Im s(theta) = 0 begins. A point is put to the table as a node of its own, so the counts beside it are exact.
+
+Counters begin with ``int(0)``: what is called with a literal is compiled for the literal and once more for any integer.
 """
 
 from __future__ import annotations
@@ -35,7 +37,7 @@ from toolpoint.cutting.stability.floquet.kernels import (
     root,
     turning_at,
 )
-from toolpoint.cutting.stability.floquet.nodes import are_far, first_bad, first_nodes, keep_nodes, loops
+from toolpoint.cutting.stability.floquet.nodes import LARGEST_STEP_COSINE, are_far, first_bad, first_nodes, keep_nodes, loops
 from toolpoint.cutting.stability.floquet.records import CELL, ArcSet, Green, Room, ScanMemory, ThetaTable, Turning
 from toolpoint.cutting.stability.floquet.track import track
 from toolpoint.cutting.stability.levels import FRACTIONS_ABOVE_ROOT, FRACTIONS_BELOW_ROOT
@@ -141,10 +143,10 @@ def lay_nodes(table: ThetaTable, start: FloatArray, at_levels: ComplexArray, lev
         degree[i] = node_at(green.node, (theta[i], turning, green, room, c[i]))
         values_at(c[i], degree[i], levels, at_levels[i])
         order[i] = i
-    k = 0
+    k = int(0)  # noqa: RUF046, UP018
     while k < used - 1:
         i, j = order[k], order[k + 1]
-        bad = first_bad(at_levels[i], at_levels[j], usable, k == used - 2)
+        bad = first_bad(at_levels[i], at_levels[j], usable, k == used - 2, LARGEST_STEP_COSINE)
         if bad < 0:
             k += 1
             continue
@@ -169,8 +171,8 @@ def boundaries(table: ThetaTable, used: int, levels: FloatArray, counts: IndexAr
     """Write every change of the count between levels, narrowed by bisection and polished; returns (number, status)."""
     theta, order, c, degree = table.theta, table.order, table.coefficient, table.degree
     stack = np.empty(400, CELL)
-    size, number, status = 0, 0, 0
-    s0, n0 = 0.0, 0
+    size, number, n0 = int(0), int(0), int(0)  # noqa: RUF046, UP018
+    s0, status = 0.0, 0
     for l in range(levels.size):
         if counts[l] != n0:
             size = put_cell(stack, size, s0, n0, levels[l], counts[l])
@@ -192,7 +194,7 @@ def boundaries(table: ThetaTable, used: int, levels: FloatArray, counts: IndexAr
             count_above, _ = count_at(table, used, s * (1 + 1e-9))
             if (count_above - count_below) % 2 == 0 or abs(count_above - count_below) > 2:
                 count_above, count_below = (n_b, na) if abs(n_b - na) == 1 else (na + 1, na)
-            put_point(points, number, s, math.pi, count_above - count_below, 0.0)
+            put_point(points, number, s, math.pi, float(count_above - count_below), 0.0)
             number += 1
             size = split(stack, size, (a, na), (s * (1 - 1e-9), count_below), FRACTIONS_BELOW_ROOT, table, used)
             size = split(stack, size, (s * (1 + 1e-9), count_above), (b, n_b), FRACTIONS_ABOVE_ROOT, table, used)
@@ -201,12 +203,12 @@ def boundaries(table: ThetaTable, used: int, levels: FloatArray, counts: IndexAr
         end = tb
         if place == used - 2:
             end = 2 * math.pi - ta
-        t, s, sense, ok = polish((ta, end), 0.5 * (ta + tb), complex(m, 0.0), turning, green, room, c[used])
+        t, s, _, ok = polish((ta, end), 0.5 * (ta + tb), complex(m, 0.0), turning, green, room, c[used])
         if t > math.pi:
             t = 2 * math.pi - t
         inside = ok and a < s < b and ta - 0.5 * (tb - ta) <= t <= tb + 0.5 * (tb - ta) and t > 0 and t < math.pi
         if inside:
-            position = 0
+            position = int(0)  # noqa: RUF046, UP018
             while position < used - 1 and theta[order[position + 1]] <= t:
                 position += 1
             if theta[order[position]] == t or position >= used - 1:
@@ -218,13 +220,13 @@ def boundaries(table: ThetaTable, used: int, levels: FloatArray, counts: IndexAr
             used += 1
             count_below, _ = count_at(table, used, s * (1 - 1e-7))
             count_above, _ = count_at(table, used, s * (1 + 1e-7))
-            put_point(points, number, s, t, count_above - count_below if count_above - count_below != sense else sense, 0.0)
+            put_point(points, number, s, t, float(count_above - count_below), 0.0)
             number += 1
             size = split(stack, size, (a, na), (s * (1 - 1e-7), count_below), FRACTIONS_BELOW_ROOT, table, used)
             size = split(stack, size, (s * (1 + 1e-7), count_above), (b, n_b), FRACTIONS_ABOVE_ROOT, table, used)
             continue
         if b - a < 1e-7 * b:
-            put_point(points, number, m, 0.5 * (ta + tb), n_b - na, b - a)
+            put_point(points, number, m, 0.5 * (ta + tb), float(n_b - na), b - a)
             number += 1
             status = 3
             continue

@@ -57,7 +57,7 @@ def track(previous: Array, coarse: Green, coarse_room: Room, coarse_c: ComplexAr
         return 0
     green, room = green_at(turning, fine), room_of(fine)
     c = np.zeros(room.work.shape[0] + 1, np.complex128)
-    number = 0
+    number = int(0)  # noqa: RUF046, UP018
     for k in range(previous.shape[0]):
         s, t, slope, change = previous[k].s, previous[k].theta, previous[k].slope, previous[k].change
         if t == math.pi:

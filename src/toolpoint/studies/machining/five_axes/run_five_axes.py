@@ -58,6 +58,9 @@ from toolpoint.studies.machining.result import MachiningStudy
 from toolpoint.studies.machining.run_program import ARC_RESOLUTION, NamedProgress, margin_doubts
 from toolpoint.studies.machining.setup import STEP_RATIO, MachiningSetup
 from toolpoint.studies.machining.solver import StabilitySolver
+from toolpoint.studies.machining.thin_walls.clamped_part import ClampedPart
+from toolpoint.studies.machining.thin_walls.measured_work import MeasuredWork
+from toolpoint.studies.machining.thin_walls.work_along_program import refuse_turned_work
 from toolpoint.studies.machining.tool_tips import ToolTips
 
 FIVE_AXIS_SPACING_FACTOR = 2.0  # of the spacing that three axes have where none is given
@@ -66,7 +69,8 @@ _LEVER_OF_UNKNOWN_EDGES = 2.0  # diameters, where no length of the edges is give
 
 def run_five_axes(program: FiveAxisProgram, setup: MachiningSetup, dynamics: Machine | ToolDynamics | None = None, *,
                   name: str = "program", text: str = "", with_advice: bool = False, lobes: int = 0, folder: Path | None = None,
-                  tips: ToolTips | None = None, progress: NamedProgress = lambda name, finished, total: None) -> MachiningStudy:
+                  tips: ToolTips | None = None, work: ClampedPart | MeasuredWork | None = None,
+                  progress: NamedProgress = lambda name, finished, total: None) -> MachiningStudy:
     """Return what every block of a program with tool centre control meets.
 
     Parameters
@@ -77,6 +81,8 @@ def run_five_axes(program: FiveAxisProgram, setup: MachiningSetup, dynamics: Mac
     dynamics : Machine or ToolDynamics, optional
         A machine turns the tool by its own rotary axes and is posed along the program. A tip alone is the same everywhere,
         along the tool's x and y; directions must then be programmed as vectors, which turn along great circles between blocks.
+
+    work : must be left out, as the response of a part is taken along X, Y and Z
 
     Raises ToolpointError for what `run_program` refuses, for angles without a machine or of axes that it does not have, and
     for places that it does not reach.
@@ -95,6 +101,7 @@ def run_five_axes(program: FiveAxisProgram, setup: MachiningSetup, dynamics: Mac
     >>> abs(1e9 * study.removed.total_volume - 180) < 1  # a prism of 3 x 3 / 2 x 40 mm, mm^3
     True
     """
+    refuse_turned_work(work, "five axes")
     _check(program, setup)
     if not setup.spacing:  # lines in three directions, cut one by one
         shapes = [setup.shape_of(number) for number in (0, *setup.cuts)]

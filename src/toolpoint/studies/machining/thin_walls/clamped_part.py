@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from toolpoint._check import IndexArray, fail, positive, suggestion, within
+from toolpoint._doubt import Doubt
 from toolpoint.bodies.solid import Casting, SolidModel
 from toolpoint.bodies.solid.region import SolidPlace
 from toolpoint.machine.description import MachineDescription
@@ -16,6 +17,7 @@ from toolpoint.machine.description.elastic import ElasticDescription, SolidBody
 
 DEFAULT_STAGE_CHANGE = 0.05  # relative change of a natural frequency from one stage to the next
 COARSE_MESH_RATIO = 1.5  # of the mesh beside which a casting's own is judged
+_MAX_COARSE_SHARE = 0.8  # of a part's elements, that a coarser mesh may have: with more it tells nothing
 _CHANGE_RANGE = (0.002, 0.5)
 
 
@@ -36,6 +38,8 @@ class ClampedPart:
     coarse : SolidModel, optional
         The same part in a coarser mesh (`COARSE_MESH_RATIO`): what the mesh errs by is estimated from it.
     name : str
+    doubts : sequence of Doubt
+        Of its file: what of it is not taken.
 
     Raises
     ------
@@ -56,6 +60,7 @@ class ClampedPart:
     stage_change: float = DEFAULT_STAGE_CHANGE
     coarse: SolidModel | None = None
     name: str = "the part"
+    doubts: tuple[Doubt, ...] = ()
 
     def __post_init__(self) -> None:
         if self.damping_ratio:
@@ -125,4 +130,10 @@ def describe_part(description: MachineDescription, held: Sequence[str], *, dampi
     coarse = None
     if isinstance(described, ElasticDescription) and isinstance(described.casting, Casting):
         coarse = described.casting.meshed(COARSE_MESH_RATIO * described.mesh_size)
-    return ClampedPart(described.model, tuple(places), damping_ratio, stage_change, coarse, description.name)
+    model = described.model
+    if coarse is not None and coarse.element_count > _MAX_COARSE_SHARE * model.element_count:
+        coarse = None  # boxes of one element are meshed alike
+    springs = [joint for joint, part in description.joints.items() if name in (part.parent, part.child) and part.stiffness]
+    doubts = [Doubt("clamping of the work", f"the springs of {', '.join(springs)} are left out: held faces do not move",
+                    "strike the clamped work, and compare its frequencies")] if springs else []
+    return ClampedPart(model, tuple(places), damping_ratio, stage_change, coarse, description.name, tuple(doubts))

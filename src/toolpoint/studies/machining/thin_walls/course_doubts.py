@@ -9,15 +9,19 @@ import numpy as np
 from toolpoint._check import FloatArray, IndexArray
 from toolpoint._doubt import Doubt
 from toolpoint.material_removal import RemovedMaterial
+from toolpoint.studies.cuts.tool_dynamics import ToolDynamics
 from toolpoint.studies.machining.thin_walls.clamped_part import ClampedPart
 from toolpoint.studies.machining.thin_walls.part_responses import GROUP_STEP, MIN_MODE_SHARE
-from toolpoint.studies.machining.thin_walls.part_stages import MODE_COUNT, StageCourse
+from toolpoint.studies.machining.thin_walls.part_stages import STAGE_MODE_COUNT, StageCourse
 from toolpoint.studies.machining.thin_walls.wall_contacts import WallThickness
+from toolpoint.vibration import Frf, Modes
 
 MAX_VOLUME_DIFFERENCE = 0.02  # of the removed volume, between the stock and the part
-MAX_MESH_ERROR = 0.02  # of a frequency
+MAX_STAGE_MESH_ERROR = 0.02  # of a frequency
 MIN_ELEMENTS_ACROSS = 1.5  # of a wall: fewer are one
 MAX_SPREAD = 1.2  # mean square over squared mean of the motion along the cut's height
+MIN_WIDTH_LINES = 2.0  # lines of a measured tool within the half width of a resonance of the work
+MAX_LOST_COMPLIANCE = 0.02  # of a place's static compliance, above the band of a measured tool
 MAX_DISTANCE = 1e-3  # m, of a contact from the part
 
 
@@ -28,7 +32,7 @@ def question_course(part: ClampedPart, course: StageCourse, *, removed: RemovedM
 
     distance (m), spread, line : (m,) of the places that cut; error : of the mesh, relative.
     """
-    doubts = [*_place(course, removed, distance, line), *_mesh(walls, error), *_height(spread, line)]
+    doubts = [*part.doubts, *_place(course, removed, distance, line), *_mesh(walls, error), *_height(spread, line)]
     last = course.stages[-1].state
     loose = max(stage.state.loose_volume for stage in course.stages)
     if loose > 0:
@@ -43,13 +47,13 @@ def question_course(part: ClampedPart, course: StageCourse, *, removed: RemovedM
         f"{100 * ratio.min():.2g} % of the last stage's modes, by the loss factors of the material alone"
     notes = [f"The work's own response: {part.name}, {course.cut.model.element_count} elements, {len(course.stages)} "
              f"stages, the lowest frequencies within {100 * course.change.max(initial=0.0):.1f} % from one to the next (the "
-             f"nearer stage counts); {MODE_COUNT} modes of each, up to {course.stages[-1].frequency[-1]:.0f} Hz at the end, "
-             f"where their peak is above {100 * MIN_MODE_SHARE:.0f} % of the largest at a place, and what answers "
+             f"nearer stage counts); {STAGE_MODE_COUNT} modes of each, up to {course.stages[-1].frequency[-1]:.0f} Hz at the "
+             f"end, where their peak is above {100 * MIN_MODE_SHARE:.0f} % of the largest at a place, and what answers "
              f"at once; damping {damping}; {1e9 * last.volume:.5g} mm^3 left.",
              "Held faces of the work do not move, and the tool and the work stand on structures that do not move each other; "
              f"places whose amplitudes differ by less than {100 * GROUP_STEP:.0f} % of the largest share the response of the "
              "one that gives way most. The motion of the wall is averaged over the height of the cut."]
-    notes += ["What the mesh of the work errs by is not known."] if error is None else [
+    notes += [] if error is None else [
         f"The mesh of the work errs by about {100 * max(error, 1e-5):.2g} % in the lowest frequencies of the last stage, twice "
         "that in compliance (from a mesh 1.5 times as coarse, no bound)."]
     if not part.damping_ratio:
@@ -58,35 +62,60 @@ def question_course(part: ClampedPart, course: StageCourse, *, removed: RemovedM
     return doubts, notes
 
 
+def question_lines(tool: Modes | Frf, work: Sequence[ToolDynamics]) -> list[Doubt]:
+    """Return the doubts about modes of the work that the lines of a measured tool cannot show; none beside modes of a tool."""
+    modes = [each.response for each in work if isinstance(each.response, Modes)]
+    if not isinstance(tool, Frf) or not modes:
+        return []
+    spacing, last = float(np.diff(tool.frequency).max()), float(tool.frequency[-1])
+    doubts = list[Doubt]()
+    width = [np.where(part.frequency < last, part.frequency * part.damping_ratio, np.inf).min() for part in modes]
+    if min(width) < MIN_WIDTH_LINES * spacing:
+        doubts.append(Doubt("response of the work", f"its sharpest resonance is {2 * min(width):.2g} Hz wide, and the tool "
+                            f"was measured every {spacing:.2g} Hz: peaks between lines are missed", "identify the tool's modes "
+                            "(toolpoint identify), and give them (--modes)", grave=min(width) < 0.5 * spacing))
+    compliance = [(np.abs(part.shape) ** 2 / part.omega**2).sum(axis=0) for part in modes]
+    share = max(float(each[part.frequency > last].sum() / each.sum()) for part, each in zip(modes, compliance, strict=True))
+    if share > MAX_LOST_COMPLIANCE:
+        doubts.append(Doubt("response of the work", f"up to {100 * share:.0f} % of its compliance comes from modes above the "
+                            f"tool's last line, {last:.0f} Hz, and is left out", "identify the tool's modes, and give them "
+                            "(--modes)", figure=share))
+    return doubts
+
+
 def _place(course: StageCourse, removed: RemovedMaterial, distance: FloatArray, line: IndexArray) -> list[Doubt]:
     """Doubt a part that is not the stock, and cuts beside it."""
     doubts = list[Doubt]()
-    first, last = (course.stages[k].state for k in (0, -1))
-    taken = first.volume - last.volume - last.loose_volume + first.loose_volume
+    states = [course.stages[k].state for k in (0, -1)]
+    taken = -float(np.diff([state.volume + state.loose_volume for state in states])[0])
     difference = abs(taken / removed.total_volume - 1) if removed.total_volume > 0 else 0.0
     if difference > MAX_VOLUME_DIFFERENCE:
         doubts.append(Doubt("part and stock", f"the program takes {1e9 * removed.total_volume:.5g} mm^3 from the stock and "
                             f"{1e9 * taken:.5g} mm^3 from the part by finite elements", "give both the same shape, in the same "
                             "coordinates", figure=difference, grave=difference > 0.2))
-    away = distance > MAX_DISTANCE
-    if away.any():
-        doubts.append(Doubt("place of the cut", f"{int(away.sum())} of {away.size} places cut up to {1e3 * distance.max():.2g} "
-                            f"mm beside the part, the first in line {int(line[away].min())}: the response of its nearest place "
-                            "is taken", "give part and stock the same shape", figure=float(away.mean())))
+    is_beside = distance > MAX_DISTANCE
+    if is_beside.any():
+        first = int(line[is_beside].min())
+        doubts.append(Doubt("place of the cut", f"{int(is_beside.sum())} of {is_beside.size} places cut up to "
+                            f"{1e3 * distance.max():.2g} mm beside the part, the first in line {first}: the response of its "
+                            "nearest place is taken", "give part and stock the same shape", figure=float(is_beside.mean())))
     return doubts
 
 
 def _mesh(walls: Sequence[WallThickness], error: float | None) -> list[Doubt]:
     """Doubt a mesh that is coarse for its walls."""
     doubts = list[Doubt]()
+    if error is None:
+        doubts.append(Doubt("mesh of the work", "what it errs by is not known", "compare a finer mesh; of boxes (elastic) it "
+                            "is estimated where they have several elements"))
     elements = np.concatenate([part.elements[np.isfinite(part.thickness)] for part in walls])
     thickness = np.concatenate([part.thickness[np.isfinite(part.thickness)] for part in walls])
     if elements.size and elements.min() < MIN_ELEMENTS_ACROSS:
         k = int(elements.argmin())
-        known = "" if error is None else f"; by a coarser mesh its frequencies err by about {100 * max(error, 1e-5):.2g} %"
+        estimate = "" if error is None else f"; by a coarser mesh its frequencies err by about {100 * max(error, 1e-5):.2g} %"
         doubts.append(Doubt("mesh of the work", f"a wall of {1e3 * thickness[k]:.2g} mm is {elements[k]:.2g} elements thick"
-                            + known, "a finer mesh shows what that changes", figure=float(elements[k])))
-    if error is not None and error > MAX_MESH_ERROR:
+                            + estimate, "a finer mesh shows what that changes", figure=float(elements[k])))
+    if error is not None and error > MAX_STAGE_MESH_ERROR:
         doubts.append(Doubt("mesh of the work", f"frequencies of the last stage err by about {100 * error:.2g} %, its "
                             f"compliance by {200 * error:.2g} %", "a finer mesh", figure=error))
     return doubts

@@ -26,7 +26,7 @@ _LISTED_MODES = 4
 
 
 def follow_part(work: ClampedPart, arcs: PlaceArcs, *, removed: RemovedMaterial, laid: ProgramPath, damping: str,
-                progress: Callable[[int, int | None], None]) -> WorkCourse:
+                progress: Callable[[int, int], None]) -> WorkCourse:
     """Return the response of a part at every place that cuts, see `follow_work`."""
     sweep = SweepTimes(removed.moves, removed.shapes)
     cut = CutSolid(work.model, work.held_nodes, sweep)
@@ -42,7 +42,7 @@ def follow_part(work: ClampedPart, arcs: PlaceArcs, *, removed: RemovedMaterial,
         if not members.size:
             walls.append(WallThickness(np.zeros(0), np.zeros(0)))
             continue
-        responses = respond(stage, cut, contacts, members, damping=damping)
+        responses = respond(stage, contacts, members, cut=cut, damping=damping)
         group[members] = len(dynamics) + responses.group
         words = f"{work.name} at line {lines[k]}"
         dynamics += [dynamics_of(modes, words) for modes in responses.modes]

@@ -38,7 +38,7 @@ class PartResponses:
     spread: FloatArray
 
 
-def respond(stage: PartStage, cut: CutSolid, contacts: WallContacts, members: IndexArray, *, damping: str) -> PartResponses:
+def respond(stage: PartStage, contacts: WallContacts, members: IndexArray, *, cut: CutSolid, damping: str) -> PartResponses:
     """Return the responses of a stage at some contacts; damping : of the modes, ``viscous`` or ``structural``."""
     count, heights = members.size, contacts.places.shape[1]
     located = stage.locate(cut, contacts.places[members].reshape(-1, 3))

@@ -11,11 +11,11 @@ import numpy as np
 from toolpoint._check import FloatArray, IndexArray, fail
 from toolpoint.bodies.solid.cut_solid import CutSolid, CutState
 from toolpoint.bodies.solid.element_places import ElementPlaces, locate
-from toolpoint.studies.machining.thin_walls.clamped_part import COARSE_MESH_RATIO, ClampedPart
+from toolpoint.studies.machining.thin_walls.clamped_part import ClampedPart
 from toolpoint.vibration.sparse import factorise, modes
 from toolpoint.vibration.sparse.factorisation import Factorisation
 
-MODE_COUNT = 12  # of every stage; what lies above answers at once
+STAGE_MODE_COUNT = 12  # of every stage; what lies above answers at once
 JUDGED_MODES = 4  # the lowest, whose frequencies choose the stages
 MAX_STAGES = 48  # of a program
 _MESH_ORDER = 2  # least order at which frequencies converge with the mesh: the estimate is no bound
@@ -46,7 +46,7 @@ def solve_stage(cut: CutSolid, part: ClampedPart, piece: int) -> PartStage:
     """Return the modes of the part when so many pieces have been cut."""
     state = cut.at(piece)
     inverse = factorise(state.stiffness, coordinates=state.coordinates)
-    number = min(MODE_COUNT, max(state.free.size // 3 - 1, 1))
+    number = min(STAGE_MODE_COUNT, max(state.free.size // 3 - 1, 1))
     pairs = modes(state.stiffness, state.mass, number, shift=0, inverse=inverse, is_counted=False,
                   coordinates=state.coordinates)
     vectors, omega = pairs.vectors[:, :number], 2 * np.pi * pairs.frequency[:number]
@@ -57,10 +57,10 @@ def solve_stage(cut: CutSolid, part: ClampedPart, piece: int) -> PartStage:
     return PartStage(piece, state, omega / (2 * np.pi), ratio, shapes)
 
 
-def largest_change(earlier: PartStage, later: PartStage) -> float:
+def largest_change(first: PartStage, second: PartStage) -> float:
     """Return the largest relative change of the lowest natural frequencies between two stages."""
-    count = min(JUDGED_MODES, earlier.frequency.size, later.frequency.size)
-    return float(np.abs(np.log(later.frequency[:count] / earlier.frequency[:count])).max())
+    count = min(JUDGED_MODES, first.frequency.size, second.frequency.size)
+    return float(np.abs(np.log(second.frequency[:count] / first.frequency[:count])).max())
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,28 +79,29 @@ class StageCourse:
         following = np.clip(np.searchsorted(begins, pieces, side="right"), 1, max(len(begins) - 1, 1))
         if len(begins) == 1:
             return np.zeros(len(pieces), np.int64)
-        gone, taken = self._removed(begins), self._removed(np.asarray(pieces))
-        is_later = gone[following] - taken < taken - gone[following - 1]
+        removed_volume, cut_volume = self._removed(begins), self._removed(np.asarray(pieces))
+        is_later = removed_volume[following] - cut_volume < cut_volume - removed_volume[following - 1]
         return np.where(is_later, following, following - 1)
 
     def _removed(self, pieces: IndexArray) -> FloatArray:
-        return removed_before(self.cut, pieces)
+        return volume_before(self.cut, pieces)
 
 
-def removed_before(cut: CutSolid, pieces: IndexArray) -> FloatArray:
+def volume_before(cut: CutSolid, pieces: IndexArray) -> FloatArray:
     """Return the volume of a part that is gone before each of the pieces of the path, m^3, by its samples."""
     times, volumes = list[IndexArray](), list[FloatArray]()
     for block in cut.blocks:
-        whole, samples = block.time >= 0, block.line_times.reshape(block.mixed.size, -1)
-        times += [block.time[whole], samples.ravel()]
-        volumes += [block.volumes[whole], np.repeat(block.volumes[block.mixed] / max(samples.shape[1], 1), samples.shape[1])]
+        is_uniform, samples = block.time >= 0, block.line_times.reshape(block.mixed.size, -1)
+        times += [block.time[is_uniform], samples.ravel()]
+        share = block.volumes[block.mixed] / max(samples.shape[1], 1)
+        volumes += [block.volumes[is_uniform], np.repeat(share, samples.shape[1])]
     time, volume = np.concatenate(times), np.concatenate(volumes)
     order = np.argsort(time, kind="stable")
     total = np.concatenate([[0.0], np.cumsum(volume[order])])
     return np.asarray(total[np.searchsorted(time[order], pieces)])
 
 
-def choose_stages(part: ClampedPart, cut: CutSolid, progress: Callable[[int, int | None], None] = lambda done, total: None
+def choose_stages(part: ClampedPart, cut: CutSolid, progress: Callable[[int, int], None] = lambda finished, total: None
                   ) -> StageCourse:
     """Return the stages of a part under a path: halved by removed volume until each changes less than `stage_change`.
 
@@ -123,9 +124,9 @@ def choose_stages(part: ClampedPart, cut: CutSolid, progress: Callable[[int, int
         if len(solved) >= MAX_STAGES:
             is_capped = True
             break
-        removed = removed_before(cut, np.concatenate([[begin], between, [end]]))
+        removed = volume_before(cut, np.concatenate([[begin], between, [end]]))
         middle = int(between[np.abs(removed[1:-1] - 0.5 * (removed[0] + removed[-1])).argmin()])
-        progress(len(solved), None)
+        progress(len(solved), len(solved) + 1 + len(waiting))
         solved[middle] = solve_stage(cut, part, middle)
         waiting += [(begin, middle), (middle, end)]
     stages = tuple(solved[piece] for piece in sorted(solved))
@@ -136,10 +137,12 @@ def choose_stages(part: ClampedPart, cut: CutSolid, progress: Callable[[int, int
 def estimate_mesh_error(part: ClampedPart, course: StageCourse) -> float | None:
     """Return the relative error of the lowest frequencies of the last stage by the mesh, from a coarser one; None without one.
 
-    An estimate: of frequencies that converge with the square of the mesh size.
+    An estimate: of frequencies that converge with the square of the mesh size, by the numbers of elements as if both were finer
+    in all directions, so that it is rather too large for a plate.
     """
     if part.coarse is None:
         return None
     coarse = CutSolid(part.coarse, part.nodes_of(part.coarse), course.cut.sweep)
     last = solve_stage(coarse, part, course.cut.sweep.count)
-    return largest_change(course.stages[-1], last) / (COARSE_MESH_RATIO**_MESH_ORDER - 1)
+    ratio = (part.model.element_count / part.coarse.element_count) ** (1 / 3)
+    return largest_change(course.stages[-1], last) / (ratio**_MESH_ORDER - 1)

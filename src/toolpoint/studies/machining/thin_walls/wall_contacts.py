@@ -12,10 +12,10 @@ from toolpoint.material_removal import RemovedMaterial
 from toolpoint.studies.machining.engagement_classes import PlaceArcs
 from toolpoint.studies.machining.thin_walls.part_stages import PartStage
 
-HEIGHTS = 4  # places along the cut's depth, over which motion and force are averaged
+CONTACT_HEIGHT_COUNT = 4  # places along the cut's depth, over which motion and force are averaged
 _RAY_RATIO = 4.0  # mean sizes of an element through which a wall is followed
 _RAY_STEPS = 80
-_CORNERS = 8  # nodes of an element, the first, between which its size is taken
+_CORNER_COUNT = 8  # nodes of an element, the first, between which its size is taken
 _OUTSIDE_RATIO = 1e-6  # of the part's extent: a place farther from every element is outside
 
 
@@ -23,7 +23,7 @@ _OUTSIDE_RATIO = 1e-6  # of the part's extent: a place farther from every elemen
 class WallContacts:
     """Contacts of places that cut, (m,) as `PlaceArcs`.
 
-    places : (m, HEIGHTS, 3), m, over the depth, where the middle of the arc meets the work; wall : (m, 3) unit direction from
+    places : (m, heights, 3), m, over the depth, where the middle of the arc meets the work; wall : (m, 3) unit direction from
     the tool's axis to the wall that it leaves, to the middle of the arc where it leaves none; axis : (m, 3) of the tool at
     half the depth, m; radius : (m,), m.
     """
@@ -42,8 +42,8 @@ def contacts_of(arcs: PlaceArcs, removed: RemovedMaterial, wall_reach: float) ->
     middle = 0.5 * (arcs.entry + arcs.exit)
     left, right = arcs.entry < wall_reach, arcs.exit > np.pi - wall_reach
     towards = np.where(right, np.pi, np.where(left, 0.0, middle))
-    share = (np.arange(HEIGHTS) + 0.5) / HEIGHTS
-    places = np.repeat((tip + radius[:, None] * _direction(middle, arcs.angle))[:, None, :], HEIGHTS, axis=1)
+    share = (np.arange(CONTACT_HEIGHT_COUNT) + 0.5) / CONTACT_HEIGHT_COUNT
+    places = np.repeat((tip + radius[:, None] * _direction(middle, arcs.angle))[:, None, :], CONTACT_HEIGHT_COUNT, axis=1)
     places[:, :, 2] += share * arcs.depth[:, None]
     axis = tip + np.array([0.0, 0.0, 0.5]) * arcs.depth[:, None]
     return WallContacts(places, _direction(towards, arcs.angle), axis, radius)
@@ -79,12 +79,12 @@ def measure_walls(contacts: WallContacts, members: IndexArray, *, stage: PartSta
     inside = (located.distance < _OUTSIDE_RATIO * extent) & (cut.sweep.first_pieces(rays) >= stage.piece)
     inside = inside.reshape(members.size, -1)
     first = inside.argmax(axis=1)
-    behind = np.arange(inside.shape[1]) >= first[:, None]
-    ends = behind & ~inside
+    is_behind = np.arange(inside.shape[1]) >= first[:, None]
+    ends = is_behind & ~inside
     last = np.where(ends.any(axis=1), ends.argmax(axis=1), -1)
     is_ended = inside.any(axis=1) & (last >= 0)
     thickness = np.where(is_ended, step * (last - first), np.where(inside.any(axis=1), np.inf, np.nan))
-    corners = cut.model.nodes[located.nodes[:, :_CORNERS]].reshape(members.size, -1, _CORNERS, 3)
+    corners = cut.model.nodes[located.nodes[:, :_CORNER_COUNT]].reshape(members.size, -1, _CORNER_COUNT, 3)
     across = np.ptp(corners[np.arange(members.size), first], axis=1)
     width = (across * np.abs(contacts.wall[members])).sum(axis=1)
     return WallThickness(thickness, thickness / np.maximum(width, 1e-12))

@@ -15,7 +15,8 @@ from toolpoint.studies.machining.thin_walls.work_course import WorkCourse
 
 
 def follow_work(work: ClampedPart | MeasuredWork, arcs: PlaceArcs, *, removed: RemovedMaterial, laid: ProgramPath,
-                damping: str = "viscous", progress: Callable[[int, int | None], None] = lambda done, total: None) -> WorkCourse:
+                damping: str = "viscous", progress: Callable[[int, int], None] = lambda finished, total: None
+                ) -> WorkCourse:
     """Return the response of the work at every place that cuts.
 
     damping : of the tool's modes, so that both can be joined as modes; progress : of stages solved.
@@ -27,11 +28,11 @@ def follow_work(work: ClampedPart | MeasuredWork, arcs: PlaceArcs, *, removed: R
     return follow_part(work, arcs, removed=removed, laid=laid, damping=damping, progress=progress)
 
 
-def refuse_turned_work(work: ClampedPart | MeasuredWork | None, *, is_tilted: bool, is_five_axis: bool) -> None:
-    """Refuse work that gives way in a program that turns the tool.
+def refuse_turned_work(work: ClampedPart | MeasuredWork | None, kind: str) -> None:
+    """Refuse work that gives way in a program that turns the tool; kind : of the program, in words.
 
-    Raises ToolpointError; nothing where the work is rigid or the program upright.
+    Raises ToolpointError; nothing where the work is rigid.
     """
-    if work is not None and (is_tilted or is_five_axis):
-        fail("work", "a program of tilted planes" if is_tilted else "a program of five axes", "must be of three axes upright: "
-             "the response of the part is taken along X, Y and Z", remedy="judge the upright part of the program by itself")
+    if work is not None:
+        fail("work", f"given with a program of {kind}", "must be of three axes upright: the response of the part is taken "
+             "along X, Y and Z", remedy="judge the upright part of the program by itself")

@@ -36,11 +36,11 @@ class WorkCourse:
 
     def to_dict(self) -> dict[str, Any]:
         """Return the stages as plain numbers, SI, and the largest compliance of the work at a cut."""
-        known = self.compliance[np.isfinite(self.compliance)]
+        compliance = self.compliance[np.isfinite(self.compliance)]
         stages = () if self.stages is None else self.stages.stages
         return {"stages": [{"piece": stage.piece, "frequencies_hz": stage.frequency.tolist(), "volume_m3": stage.state.volume}
                            for stage in stages], "responses": len(self.dynamics), "mesh_error": self.mesh_error,
-                "largest_compliance_m_n": float(known.max()) if known.size else None}
+                "largest_compliance_m_n": float(compliance.max()) if compliance.size else None}
 
     def joined(self, place: IndexArray, pose: IndexArray) -> tuple[IndexArray, IndexArray, tuple[ToolDynamics, ...]]:
         """Return poses that are distinct in the machine's and in the work's response: their number (n,) for every place of
