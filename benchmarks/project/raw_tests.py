@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from itertools import combinations
 from pathlib import Path
 
 import numpy as np
@@ -192,9 +193,11 @@ def _scale_point(test: RawTest) -> None:
 
 def _wrong_order(test: RawTest) -> None:
     parents = {joint.child: joint.parent for joint in test.case.machine.description.joints.values()}
-    names = list(parents)
-    swap = {names[1]: names[2], names[2]: names[1]}
-    test.order = {swap.get(child, child): swap.get(parent, parent) for child, parent in parents.items()}
+    for first, second in sorted(combinations(parents, 2), key=lambda pair: "b0" in pair):
+        swap = {first: second, second: first}
+        test.order = {swap.get(child, child): swap.get(parent, parent) for child, parent in parents.items()}
+        if test.order != parents:  # two that hang on one body are no wrong order
+            break
     test.words = [{"chain"}, {"order"}, {"carries"}]
 
 
