@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from itertools import combinations
 from pathlib import Path
 
 import numpy as np
@@ -67,7 +68,7 @@ def random_test(seed: int, law: str, slip: str, heaviest: float = HEAVIEST_SENSO
     count = int(rng.integers(3, 8))
     case = jm.random_case(seed, law, (count, max(24, 6 * count)))
     kind = {"sensitivities": "wav", "no scale": "wav", "decimal comma": "csv", "unit": "csv"}.get(slip, FORMATS[seed % 3])
-    test = _struck_machine(case, rng, kind, 3.2 if slip == "soft tip" else 0.9, heaviest)
+    test = _struck_machine(case, rng, kind, 3.2 if slip == "soft tip" else 0.9, heaviest * (3 if slip == "sensor mass" else 1))
     if slip:
         SLIPS[slip](test)
     return test
@@ -192,9 +193,11 @@ def _scale_point(test: RawTest) -> None:
 
 def _wrong_order(test: RawTest) -> None:
     parents = {joint.child: joint.parent for joint in test.case.machine.description.joints.values()}
-    names = list(parents)
-    swap = {names[1]: names[2], names[2]: names[1]}
-    test.order = {swap.get(child, child): swap.get(parent, parent) for child, parent in parents.items()}
+    for first, second in sorted(combinations(parents, 2), key=lambda pair: "b0" in pair):
+        swap = {first: second, second: first}
+        test.order = {swap.get(child, child): swap.get(parent, parent) for child, parent in parents.items()}
+        if test.order != parents:  # two that hang on one body are no wrong order
+            break
     test.words = [{"chain"}, {"order"}, {"carries"}]
 
 
@@ -259,9 +262,9 @@ def _late_trigger(test: RawTest) -> None:
 
 def _analyser_window(test: RawTest) -> None:
     for key, samples in test.records.items():  # every blow windowed down to 2 % before it was stored
-        step, first = round(BLOW_TIME * test.rate), round((FIRST_BLOW - 0.2) * test.rate)
+        step, first = round(BLOW_TIME * test.rate), round((FIRST_BLOW - 0.15) * test.rate)
         place = np.maximum(np.arange(len(samples)) - first, 0) % step
-        test.records[key] = samples * np.exp(np.log(0.02) * np.maximum(place - round(0.2 * test.rate), 0) / step)[:, None]
+        test.records[key] = samples * np.exp(np.log(0.02) * np.maximum(place - round(0.15 * test.rate), 0) / step)[:, None]
     test.words = [{"window"}]
 
 

@@ -7,7 +7,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from toolpoint.joint_identification.machine.refined import fit_doubts
+from toolpoint.joint_identification import ComponentMass
+from toolpoint.joint_identification.machine.refined import fit_doubts, question_masses
 from toolpoint.joint_identification.motion.direction_gains import question_gains
 from toolpoint.joint_identification.motion.measured import component
 from toolpoint.vibration import Dof, Modes
@@ -52,6 +53,17 @@ def test_right_gains_and_bending_bodies_are_not_doubted() -> None:
 def test_a_machine_that_explains_less_than_half_of_its_test_stops_what_rests_on_it(likeness, lonely, is_grave) -> None:
     count = len(likeness)
     fit = SimpleNamespace(mac=np.array(likeness), mac_noise=np.zeros(count), frequency=np.arange(1.0, count + 1), widened=1.0,
-                          damping_excess=1.0, mass_scale=None, converged=True)
-    doubts = fit_doubts(fit, SimpleNamespace(lonely=lonely), np.arange(1.0, 10.0))
+                          damping_excess=1.0, mass_scale=None, converged=True, x=np.zeros(0),
+                          model=SimpleNamespace(forms=(), masses=(), slices=()))
+    doubts = fit_doubts(fit, SimpleNamespace(lonely=lonely, fit=fit, names=()), np.arange(1.0, 10.0))
     assert any(doubt.grave for doubt in doubts) is is_grave
+
+
+def test_a_mass_that_the_fit_moves_beyond_its_stated_deviation_is_doubted_by_name() -> None:
+    masses = [ComponentMass(400.0, [0, 0, 1.2], np.diag([30.0, 30.0, 20.0]), mass_deviation=share)
+              for share in (0.02, 0.0, 0.05)]
+    model = SimpleNamespace(forms=(0, 0, 0), masses=masses, slices=(slice(0, 2), slice(2, 3), slice(3, 3), slice(3, 4),
+                                                                    slice(4, 4), slice(4, 5)))
+    fit = SimpleNamespace(model=model, x=np.array([0.0, 0.0, 0.0, -0.08, 0.1]))
+    (doubt,) = question_masses(SimpleNamespace(names=("bed", "column", "head"), fit=fit))
+    assert doubt.what == "mass of bed" and "-7.7 %" in doubt.why and doubt.figure == pytest.approx(4.0)

@@ -36,3 +36,19 @@ def test_the_wrong_one_of_nine_channels_is_named_with_its_factor(factor, words) 
 def test_a_rigid_and_a_bending_body_with_right_channels_are_not_doubted() -> None:
     assert [doubt for seed in range(200) for doubt in questioned(seed, 0, 1.0)] == []
     assert len([doubt for seed in range(200) for doubt in questioned(seed, 0, 1.0, bending=0.05)]) <= 4
+
+
+@pytest.mark.parametrize("factor", [1.2, -1.0, 1 / 9.80665])
+def test_a_point_all_of_whose_channels_have_another_gain_is_named_with_its_factor(factor) -> None:
+    labels = tuple(Dof(point, way) for point in range(1, 7) for way in ("+x", "+y", "+z"))
+    for seed in range(10):
+        rng = np.random.default_rng(seed)
+        places = {point: rng.uniform(-0.5, 0.5, 3) for point in range(1, 7)}
+        motions = rng.standard_normal((5, 2, 3))
+        shape = np.array([[(v + np.cross(w, places[dof.point])) @ dof.unit[:3] for v, w in motions] for dof in labels])
+        shape += 0.005 * rng.standard_normal(shape.shape)
+        shape[3 * (seed % 6):3 * (seed % 6) + 3] *= factor
+        part = component("head", Modes(10.0 * np.arange(1, 6), [0.01] * 5, shape, labels, "unscaled"), places,
+                         labels=list(places))
+        (doubt,) = question_channels({"head": part}, labels)
+        assert doubt.what == f"point {seed % 6 + 1}" and doubt.figure == pytest.approx(1 / factor, rel=0.1)

@@ -197,3 +197,19 @@ def test_certainty_on_measured_lines_is_doubted():
     chart = stability.chart(problem, np.array([9000.0, 10000.0]), ZeroOrder(), depth_max=0.01)
     notes = sample_charts(problem, chart, Uncertainty(samples=2), method=ZeroOrder())[1]
     assert [note.what for note in doubts_among(notes)] == ["probability"]
+
+
+@pytest.mark.parametrize("windowed", [False, True])
+def test_a_window_shows_by_what_a_record_holds_before_the_pretrigger_of_its_block(windowed):
+    """At 800 Hz the block of a blow begins 64 samples before it, of which filters ring in 40: too few for their noise."""
+    rng, rate = np.random.default_rng(3), 800.0
+    time = np.arange(3360) / rate - 0.2
+    force = np.where((time > 0) & (time < 0.005), np.sin(np.pi * time / 0.005), 0.0)
+    motion = np.where(time > 0, np.exp(-5 * time) * np.sin(2 * np.pi * 30 * time), 0.0)
+    records = []
+    for _ in range(3):
+        samples = np.column_stack([force, motion]) + 1e-3 * rng.standard_normal((time.size, 2))
+        samples = samples * np.exp(-np.maximum(time, 0))[:, None] if windowed else samples
+        records.append(Record(samples, rate, ["bed:+x", "bed:+x"], ("force", "acceleration")))
+    doubts = doubt_window(locate_hits(records, 3.2), records, round(3.2 * rate))
+    assert [doubt.what for doubt in doubts] == ["window"] * windowed

@@ -270,8 +270,8 @@ def _place_motions(stated: Mapping[str, Component], judged: Mapping[str, RigidMo
                                bending_p=first.bending_p, residual=first.residual)
     return result, [
         Doubt(f"points of {name}", f"the motions place them {1e3 * part.deviation:.3g} mm (rms a coordinate) from where they "
-              f"are stated, {1e3 * deviation:.3g} mm were told: intervals take the former", "check them, and whether it bends",
-              figure=part.deviation / deviation)
+              f"are stated, {1e3 * deviation:.3g} mm were told: intervals take the former", "check them, whether it bends, and "
+              "that the directions of the sensor have one calibration", figure=part.deviation / deviation)
         for name, part in placed.items() if part.deviation > deviation]
 
 

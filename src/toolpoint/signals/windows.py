@@ -19,6 +19,7 @@ from toolpoint.vibration.record import Record
 MIN_NOISE_SAMPLES = 48  # before the blow, from which the noise is computed
 # Anti-aliasing filters ring for tens of samples around a pulse: cut off, that biases damping by some tenths of a per mille.
 FILTER_RINGING_SAMPLES = 40
+WINDOW = "window"  # what its doubts are about
 END_FRACTION = 0.05  # of the block, whose noise is compared
 MAX_NOISE_RATIO = 0.3  # noise at the end over that before the blow: below, a window was applied
 FOURTH_DIFFERENCE = np.array([1.0, -4.0, 6.0, -4.0, 1.0])
@@ -68,20 +69,23 @@ def independent_blocks(count: int, window: FloatArray, step: int) -> float:
 
 def doubt_window(hits: Sequence[Hit], records: Sequence[Record], block: int) -> tuple[Doubt, ...]:
     """Return the doubt that records were windowed before they were stored; none where their noise is constant or unseen."""
-    parts = [(records[hit.record].samples[hit.start:hit.start + block], hit.peak - hit.start) for hit in hits if hit.accepted]
-    ratios = [r for part, peak in parts for r in _noise_ratios(part, peak)]
+    ratios = [r for hit in hits if hit.accepted for r in _noise_ratios(records[hit.record].samples, hit, block)]
     if not ratios or np.median(ratios) > MAX_NOISE_RATIO:
         return ()
     ratio = float(np.median(ratios))
-    return (Doubt("window", f"the noise of the records dies away to {max(100 * ratio, 1.0):.2g} % or less along them: the "
+    return (Doubt(WINDOW, f"the noise of the records dies away to {max(100 * ratio, 1.0):.2g} % or less along them: the "
                   "analyser has put an exponential window on them, whose damping makes limits come out too high",
                   "switch the window of the analyser off and strike again (what is needed is applied here, and taken out)",
                   figure=ratio),)
 
 
-def _noise_ratios(part: FloatArray, peak: int) -> list[float]:
-    """Return the noise at the end over that before the blow, of every channel with noise."""
-    before_blow = part[:max(peak - FILTER_RINGING_SAMPLES, 0)]
+def _noise_ratios(samples: FloatArray, hit: Hit, block: int) -> list[float]:
+    """Return the noise at the end of a block over that before its blow, of every channel with noise.
+
+    Where the pretrigger of the block is too short for it, what the record holds before counts as well.
+    """
+    part, quiet_end = samples[hit.start:hit.start + block], max(hit.peak - FILTER_RINGING_SAMPLES, 0)
+    before_blow = samples[max(min(hit.start, quiet_end - MIN_NOISE_SAMPLES), 0):quiet_end]
     block_end = part[-max(int(END_FRACTION * part.shape[0]), MIN_NOISE_SAMPLES):]
     if before_blow.shape[0] < MIN_NOISE_SAMPLES or part.shape[0] < 4 * MIN_NOISE_SAMPLES:
         return []

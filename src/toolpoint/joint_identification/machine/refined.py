@@ -18,6 +18,7 @@ from toolpoint.joint_identification.machine.whole_machine import WholeMachine
 _MAX_STIFFNESS_DEVIATION = 0.2  # relative standard deviation: above, a stiffness is doubted
 _MAX_FREQUENCY_ERROR = 0.02  # of a measured frequency, by the machine of a fit that explains the test
 _MAX_BENDING_SHIFT = 0.01  # relative standard deviation of a stiffness by bending components: above, it is doubted
+MAX_MASS_DEVIATIONS = 3.0  # stated ones, by which a fit may move a mass without a doubt
 FIT_OF_MACHINE = "fit of the machine"  # what its doubts are about
 MIN_EXPLAINED_MAC, MIN_EXPLAINED_FRACTION = 0.8, 0.5  # of a measured shape; of the measured modes that a machine must explain
 
@@ -99,6 +100,21 @@ def _refine_stiffness(joint: JointEstimate, form: JointForm, covariance: FloatAr
                    stiffness_matrix_deviation=np.sqrt(variance)) if size.size else joint
 
 
+def question_masses(machine: WholeMachine) -> list[Doubt]:
+    """Return the doubts about stated masses that the fit moves by more than their stated deviations allow."""
+    model, doubts = machine.fit.model, list[Doubt]()
+    for name, mass, part in zip(machine.names, model.masses, model.slices[len(model.forms):], strict=True):
+        if not mass.mass_deviation > 0:
+            continue
+        change = float(machine.fit.x[part][0])  # the logarithm of the mass is the first number of a component
+        count = abs(change) / mass.mass_deviation
+        if count > MAX_MASS_DEVIATIONS:
+            doubts.append(Doubt(f"mass of {name}", f"the test moves it by {100 * np.expm1(change):+.2g} %, {count:.2g} of "
+                                f"the standard deviations of {100 * mass.mass_deviation:.2g} % that were stated", "weigh or "
+                                "compute it again, or state how well it is known", figure=count))
+    return doubts
+
+
 def fit_doubts(fit: MachineFit, machine: WholeMachine, frequency: FloatArray) -> list[Doubt]:
     """Return the doubts about the machine as a whole."""
     result = list[Doubt]()
@@ -121,6 +137,7 @@ def fit_doubts(fit: MachineFit, machine: WholeMachine, frequency: FloatArray) ->
         result.append(Doubt("damping", f"that of the joints explains the modal damping {np.sqrt(fit.damping_excess):.2g} times "
                             "worse than its noise: other parts dissipate too; the intervals of the damping are widened by it",
                             figure=float(np.sqrt(fit.damping_excess))))
+    result += question_masses(machine)
     if fit.mass_scale is not None and fit.mass_scale.doubt:
         result.append(fit.mass_scale.doubt)
     dissimilar = list(np.flatnonzero(likeness < 0.95))

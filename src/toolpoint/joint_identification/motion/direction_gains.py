@@ -54,13 +54,13 @@ def question_gains(parts: Mapping[str, Component]) -> list[Doubt]:
 def _squares_of_modes(part: Component, axes: FloatArray) -> list[tuple[FloatArray, FloatArray]]:
     """Return for every mode the squares beside rigid motions and in all, (3, 3) by the factors of the directions.
 
-    Every mode of a component counts alike: a loud one is no better known.
+    A mode counts by its variance where that is known, so that false ones and noise count least; else all count alike.
     """
     local = part.rows @ about(part.centre, part.size)
     q = np.linalg.qr(local)[0]
     result = []
-    for column in part.values.T:
-        size = float(np.linalg.norm(column))
+    for k, column in enumerate(part.values.T):
+        size = float(np.linalg.norm(column) if part.variance is None else np.sqrt(part.variance[:, k].mean()))
         if size > 0 and len(local) > local.shape[1]:
             spread = axes * (column / size)[:, None]
             outside = spread - q @ (q.T @ spread)

@@ -7,7 +7,7 @@ number, in closed form (the derivative of the residual by a row's factor is its 
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
@@ -22,18 +22,25 @@ MIN_MISFIT_RATIO = 6.0
 RIVAL_MISFIT_RATIO = 2.0  # misfit over the least, up to which another channel explains it as well
 TURNED_FACTORS = (-1.3, -0.75)  # factors that a turned sensor has, its gain a little wrong besides
 MIN_CHANNEL_DEVIATION = 0.05  # of a factor from one: gains of sensors agree within a few per cent, not better
+MIN_POINTS_OF_GAIN = 4  # of a component, to tell a point with another gain from the others
 MIN_FREE_ROWS = 4  # free rows of all modes together beyond the motions and one factor, to tell a fault from chance
 
 
 def question_channels(parts: Mapping[str, Component], dofs: Sequence[Dof]) -> list[Doubt]:
-    """Return a doubt on every component whose misfit one wrong channel explains; dofs : of the shapes that they are part of."""
+    """Return a doubt on every component whose misfit one wrong channel or point explains.
+
+    dofs : of the shapes that they are part of.
+    """
     doubts = []
     for name, part in parts.items():
         misfit, factors = _misfits(part)
         free = (len(part.rows) - 6) * part.values.shape[1] - 1
         best = int(np.argmin(misfit[:-1]))
         is_explained = misfit[-1] >= MIN_MISFIT_RATIO * misfit[best] and abs(factors[best] - 1) >= MIN_CHANNEL_DEVIATION
-        if free < MIN_FREE_ROWS or not is_explained:
+        point_doubt = _question_points(name, part, best_channel_misfit=float(misfit[best]))
+        if point_doubt is not None:
+            doubts.append(point_doubt)
+        if free < MIN_FREE_ROWS or not is_explained or point_doubt is not None:
             continue
         rivals = [i for i in np.flatnonzero(misfit[:-1] < RIVAL_MISFIT_RATIO * misfit[best]).tolist() if i != best]
         labels = tuple(str(dof) for dof in dofs if dof.point in part.points and not dof.is_rotation)
@@ -42,23 +49,54 @@ def question_channels(parts: Mapping[str, Component], dofs: Sequence[Dof]) -> li
     return doubts
 
 
+def _question_points(name: str, part: Component, *, best_channel_misfit: float) -> Doubt | None:
+    """Return the doubt on a point all of whose channels have one wrong gain; None where a single channel explains more."""
+    groups = [part.owner == k for k in range(len(part.points))]
+    if min(int(group.sum()) for group in groups) < 2 or len(groups) < MIN_POINTS_OF_GAIN:
+        return None
+    slope, power, total = np.zeros(len(groups)), np.zeros(len(groups)), 0.0
+    for value, projector in _weighted_modes(part):
+        residual = projector @ value
+        total += float(residual @ residual)
+        for k, group in enumerate(groups):
+            spread = projector @ (value * group)
+            slope[k] += float(residual @ spread)
+            power[k] += float(spread @ spread)
+    change = slope / np.maximum(power, 1e-300)
+    misfit = np.maximum(total - slope * change, 1e-12 * total)
+    best = int(np.argmin(misfit))
+    factor = 1 - float(change[best])
+    rivals = np.delete(misfit, best)
+    if (total < MIN_MISFIT_RATIO * misfit[best] or abs(factor - 1) < MIN_CHANNEL_DEVIATION or best_channel_misfit < misfit[best]
+            or rivals.min() < RIVAL_MISFIT_RATIO * misfit[best]):
+        return None
+    cause = "struck from the other side, or the sensor turned" if factor < 0 else "another gain, unit or calibration"
+    return Doubt(f"point {part.points[best]}", f"with all its channels multiplied by {factor:.3g}, {name} moves as one body "
+                 f"{total / max(misfit[best], 1e-300):.2g} times better: {cause} while it was measured",
+                 "look at its records and correct them", figure=factor)
+
+
 def _misfits(part: Component) -> tuple[FloatArray, FloatArray]:
     """Return the misfit with each row's factor fitted (n_rows + 1,), the last as measured, and the factors (n_rows,)."""
-    weights = np.ones_like(part.values) if part.variance is None else 1 / np.sqrt(part.variance)
-    if part.variance is None:
-        weights = weights / np.where(part.motion > 0, part.motion, 1.0)  # loud modes are no better known
-    local = part.rows @ about(part.centre, part.size)
-    slope, power, total = np.zeros(len(local)), np.zeros(len(local)), 0.0
-    for i in range(part.values.shape[1]):
-        q = np.linalg.qr(local * weights[:, i, None])[0]
-        projector = np.eye(len(local)) - q @ q.T
-        value = part.values[:, i] * weights[:, i]
+    slope, power, total = np.zeros(len(part.rows)), np.zeros(len(part.rows)), 0.0
+    for value, projector in _weighted_modes(part):
         residual = projector @ value
         total += float(residual @ residual)
         slope += value * residual
         power += value**2 * np.diag(projector)
     change = slope / np.maximum(power, 1e-300)
     return np.append(np.maximum(total - slope * change, 1e-12 * total), total), 1 - change
+
+
+def _weighted_modes(part: Component) -> Iterator[tuple[FloatArray, FloatArray]]:
+    """Yield the weighted values (n_rows,) of every mode, and the projector (n_rows, n_rows) beside rigid motions."""
+    weights = np.ones_like(part.values) if part.variance is None else 1 / np.sqrt(part.variance)
+    if part.variance is None:
+        weights = weights / np.where(part.motion > 0, part.motion, 1.0)  # loud modes are no better known
+    local = part.rows @ about(part.centre, part.size)
+    for i in range(part.values.shape[1]):
+        q = np.linalg.qr(local * weights[:, i, None])[0]
+        yield part.values[:, i] * weights[:, i], np.eye(len(local)) - q @ q.T
 
 
 def _doubt_of(name: str, labels: tuple[str, ...], best: int, rivals: list[int], *, factor: float, ratio: float) -> Doubt:

@@ -26,6 +26,7 @@ MIN_MASS_DEVIATIONS = 5.0  # of an estimated mass from zero, in standard deviati
 MIN_FREQUENCY_SHIFT = 3e-4  # of a frequency, by an estimated mass where it moves most
 MIN_JUDGED_POINTS = 6
 MAX_SMALL_SHIFT = 0.3  # of a mode's half-power half-width: above, shifts are no longer to first order
+MIN_LOUD_PEAK = 0.02  # of the highest peak of accelerance, that a mode must have to tell the mass
 MIN_SENSOR_SHARE = 0.4  # of a told mass, that the frequencies must show of a sensor that was moved alone
 _DERIVATIVES = {"receptance": 0, "mobility": 1, "accelerance": 2}
 
@@ -137,7 +138,7 @@ def is_moved_alone(frf: Frf, modes: Modes, mass: float) -> bool:
         return False
     merged = merge_split_modes(modes)
     estimate = estimate_sensor_mass(frf, merged)
-    if estimate is None or largest_shift(merged, mass) < MIN_FREQUENCY_SHIFT:
+    if estimate is None or largest_shift(merged.selected(_loud_modes(merged)), mass) < MIN_FREQUENCY_SHIFT:
         return True
     return estimate.is_small and estimate.mass > MIN_SENSOR_SHARE * mass - MIN_MASS_DEVIATIONS * estimate.deviation
 
@@ -158,18 +159,31 @@ def estimate_sensor_mass(frf: Frf, modes: Modes) -> SensorMass | None:
     points = _rows_of_points(frf)
     if len(points) < MIN_JUDGED_POINTS or modes.scaling != "modal A":
         return None
+    loud = _loud_modes(modes)
+    modes = modes.selected(loud)
     shift, weight = _pole_shifts(frf, modes, points)
     predicted = _point_squares(modes, points) / 2
     centred, shift = (part - (weight * part).sum(axis=1, keepdims=True) / weight.sum(axis=1, keepdims=True)
                       for part in (predicted, shift))
-    information = float((weight * centred**2).sum())
-    if not information > 0:
+    information = (weight * centred**2).sum(axis=1)
+    if not information.sum() > 0:
         return None
-    mass = -float((weight * centred * shift).sum()) / information
+    # Modes that tell another mass than all together are false, or badly scaled: the deviation holds their scatter.
+    masses = -(weight * centred * shift).sum(axis=1) / np.maximum(information, 1e-300)
+    mass = float((information * masses).sum() / information.sum())
     left = float((weight * (shift + mass * centred) ** 2).sum()) / max(shift.size - len(shift) - 1, 1)
+    scatter = float((information * (masses - mass) ** 2).sum()) / max(len(shift) - 1, 1)
     largest = abs(mass) * predicted.max(axis=1)
-    return SensorMass(mass, float(np.sqrt(max(left, 1.0) / information)), mass * float(predicted.max()),
+    return SensorMass(mass, float(np.sqrt(max(left, scatter, 1.0) / information.sum())), mass * float(predicted.max()),
                       bool((largest < MAX_SMALL_SHIFT * modes.damping_ratio).all()))
+
+
+def _loud_modes(modes: Modes) -> list[int]:
+    """Return the modes whose peaks are not faint beside the highest: the shapes of faint ones are badly scaled."""
+    assert modes.participation is not None
+    peaks = (np.linalg.norm(modes.shape, axis=0) * np.linalg.norm(modes.participation, axis=0)
+             / np.maximum(np.abs(modes.poles.real), 1e-300) * np.abs(modes.poles) ** 2)
+    return np.flatnonzero(peaks > MIN_LOUD_PEAK * peaks.max()).tolist()
 
 
 def _pole_shifts(frf: Frf, modes: Modes, points: list[list[int]]) -> tuple[FloatArray, FloatArray]:

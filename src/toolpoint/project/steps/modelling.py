@@ -12,11 +12,14 @@ import numpy as np
 from toolpoint import io, studies
 from toolpoint._check import ToolpointError, fail
 from toolpoint._doubt import Doubt
+from toolpoint.io.faults import FileFaults
+from toolpoint.machine import Machine
 from toolpoint.machine.description import IdentifiedDescription
 from toolpoint.project.engine.step import StepOutcome
 from toolpoint.project.steps.plain_files import write_json
 from toolpoint.studies.measured.measured_update import MeasuredUpdate
 
+LISTED_CAUSES = 3  # doubts in the error of a machine that cannot be read back
 POSE_TOLERANCE = 1e-6  # m or rad, between the pose of a test in two files
 _EXACT_NUMBERS_DOUBT = Doubt(
     "interval of the limits", "masses, damping and all numbers that the update did not move count as exact",
@@ -40,9 +43,21 @@ def find_joints(folder: Path, modes: Path, geometry: Path, *, components: Path, 
     if result.machine is None:
         raise ToolpointError(f"joints were found, a machine was not: {result.no_machine_reason}")
     io.write_machine(result.machine, folder / "machine.yaml")
-    result = result.compared(io.read_machine(folder / "machine.yaml"))
+    result = result.compared(_read_back(folder / "machine.yaml", result.doubts))
     write_json(folder / "joints.json", result.to_dict())
     return StepOutcome(result.status, result.doubts)
+
+
+def _read_back(path: Path, doubts: Sequence[Doubt]) -> Machine:
+    """Return the machine of identified joints from its file; raises ToolpointError, with what the joints doubt, where a number
+    is none of a machine."""
+    try:
+        return io.read_machine(path)
+    except FileFaults as error:
+        faults = "; ".join(f"{fault.path}: {fault.message}" if fault.path else fault.message for fault in error.faults)
+        causes = "; ".join(doubts[:LISTED_CAUSES]) or "none"
+        raise ToolpointError(f"joints were found, but no machine can be made of them ({faults}): the test does not determine "
+                             f"these numbers. Mend what the joints doubt first: {causes}") from None
 
 
 def update_model(folder: Path, machine: Path, modes: Sequence[Path], *, poses: Sequence[Mapping[str, float]],

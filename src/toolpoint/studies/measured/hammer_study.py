@@ -20,9 +20,11 @@ from toolpoint.signals.hits import Hit, HitRules
 from toolpoint.signals.record_set import RecordSet
 from toolpoint.signals.setups import join_setups
 from toolpoint.signals.usable_band import UsableBand, usable_band
+from toolpoint.signals.windows import WINDOW
 from toolpoint.studies.text_table import text_table
 from toolpoint.vibration import Dof, Frf, Record
 
+MAX_WINDOWED_FRACTION = 0.2  # of the set-ups: above, an analyser's window is no chance
 HEADER = ("hit", "struck", "force N", "verdict", "why")
 SetUp = tuple[Dof, tuple[Dof, ...]]
 
@@ -158,13 +160,24 @@ def study_hammer_records(records: RecordSet | Sequence[Record], *, duration: flo
     frf, test_notes = replace(joined, notes=()), [note for _, test in tests for note in test.frf.notes]
     notes = tuple(dict.fromkeys([*record_set.notes, *test_notes, *joined.notes]))
     # A note that is a doubt is listed with the doubts only.
-    doubted = tuple(note for note in notes if isinstance(note, Doubt))
+    doubted = _join_window_doubts([note for note in notes if isinstance(note, Doubt)], len(tests))
     checks = tuple(driving_points(frf))
     doubts = (*left_out, *doubted, *question(frf))
     # The hit that excites least far up bounds the band of all responses.
     band = usable_band(frf, min(test.excited for _, test in tests))
     return HammerStudy(frf, tuple(test for _, test in tests), verdicts, band, checks, tuple(reciprocity(frf)),
-                       tuple(dict.fromkeys(doubts)), tuple(note for note in notes if note not in doubted))
+                       tuple(dict.fromkeys(doubts)), tuple(note for note in notes if not isinstance(note, Doubt)))
+
+
+def _join_window_doubts(doubts: Sequence[Doubt], count: int) -> tuple[Doubt, ...]:
+    """Return doubts with those on the window of the analyser as one: set-ups have one analyser, and each its own noise."""
+    windowed = [doubt for doubt in doubts if doubt.what == WINDOW]
+    others = tuple(doubt for doubt in doubts if doubt.what != WINDOW)
+    if len(windowed) < 2:
+        return tuple(doubts)
+    median = sorted(windowed, key=lambda doubt: doubt.figure)[len(windowed) // 2]
+    return (Doubt(WINDOW, f"in {len(windowed)} of {count} set-ups {median.why}", median.remedy, figure=median.figure,
+                  grave=len(windowed) > MAX_WINDOWED_FRACTION * count), *others)
 
 
 def _groups(record_set: RecordSet) -> dict[SetUp, list[int]]:

@@ -7,6 +7,7 @@ from dataclasses import replace
 from toolpoint._check import ToolpointError
 from toolpoint._doubt import Doubt
 from toolpoint.modal_identification import Identification, PoleChoice, identify
+from toolpoint.modal_identification.judgement.series_agreement import question_series
 from toolpoint.signals.doubts import question
 from toolpoint.signals.usable_band import usable_band
 from toolpoint.vibration import Frf, Modes
@@ -31,12 +32,14 @@ def identify_modes(frf: Frf, method: str = "refined", band: tuple[float, float] 
     """
     if band is not None:
         result = identify(frf, method, band, choice=choice, sensor_mass=sensor_mass)
-        return replace(result, doubts=(*result.doubts, *question(frf.between(*band))))
+        return replace(result, doubts=(*question_series(result.frf, result.modes), *result.doubts,
+                                       *question(frf.between(*band))))
     usable = usable_band(frf)
     inside = frf.between(*usable.ends)
     result = identify(inside, method, choice=choice, sensor_mass=sensor_mass)
     words = [f"{note} (`band` for another choice)" for note in usable.notes]
-    return replace(result, doubts=(*result.doubts, *question(inside)), advice=(*result.advice, *words))
+    return replace(result, doubts=(*question_series(result.frf, result.modes), *result.doubts, *question(inside)),
+                   advice=(*result.advice, *words))
 
 
 def modes_of_test(modes: Modes | None, frf: Frf | None, *, band: tuple[float, float] | None = None
