@@ -25,10 +25,11 @@ from toolpoint.machine.description import (
 from toolpoint.machine.description.project_plan import TriedCut
 from toolpoint.project import Project, write_folder
 from toolpoint.project.limits.changes import rank_joints
-from toolpoint.project.limits.drawn_limits import COEFFICIENTS_SOURCE, CutQuestion, draw_limits, quantile_of
+from toolpoint.project.limits.drawn_limits import COEFFICIENTS_SOURCE, CutQuestion, DrawnLimits, draw_limits, quantile_of
 from toolpoint.project.limits.next_cut import choose_cut
 from toolpoint.project.limits.systems import MachineDraws, coefficient_factors
 from toolpoint.project.limits.tried_cuts import weigh_draws
+from toolpoint.project.steps.answering import question_draws
 from toolpoint.vibration import Modes, eigen
 
 CUT = CuttingDescription.of(diameter=0.05, teeth=4, immersion=0.5, tangential=8e8, normal=3e8, speeds=(800.0, 4000.0))
@@ -308,3 +309,11 @@ def test_the_mass_of_a_moved_sensor_in_a_test_file_reaches_the_identification(tm
         (tmp_path / "project.yaml").write_text(f"toolpoint: 1\nname: bed\ntests: {{first: {{test: test.yaml{told}}}}}\n")
         step = next(step for step in Project.open(tmp_path).chain.steps if step.name == "modes/first")
         assert step.options["sensor_mass"] == pytest.approx(mass)
+
+
+@pytest.mark.parametrize(("drawn", "is_grave"), [((8e-3, 14e-3), True), ((4e-3, 9e-3), False)])
+def test_a_limit_outside_the_interval_of_its_draws_is_not_believed(drawn, is_grave):
+    draws = np.linspace(*drawn, 40)[:, None]
+    limits = DrawnLimits(CutQuestion("half", CUT, 0.1, (2500.0,), {}, 4e-3), np.array([7e-3]), np.array([1e-5]),
+                         np.array([50.0]), draws, np.ones((40, 1)), np.full((40, 1), 50.0), 0.02, {}, ())
+    assert [doubt.grave for doubt in question_draws(limits)] == [True] * is_grave

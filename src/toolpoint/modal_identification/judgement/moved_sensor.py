@@ -26,6 +26,7 @@ MIN_MASS_DEVIATIONS = 5.0  # of an estimated mass from zero, in standard deviati
 MIN_FREQUENCY_SHIFT = 3e-4  # of a frequency, by an estimated mass where it moves most
 MIN_JUDGED_POINTS = 6
 MAX_SMALL_SHIFT = 0.3  # of a mode's half-power half-width: above, shifts are no longer to first order
+MAX_STATED_ERROR = 0.3  # of a stated mass, within which the frequencies agree with it
 MIN_LOUD_PEAK = 0.02  # of the highest peak of accelerance, that a mode must have to tell the mass
 MIN_SENSOR_SHARE = 0.4  # of a told mass, that the frequencies must show of a sensor that was moved alone
 _DERIVATIVES = {"receptance": 0, "mobility": 1, "accelerance": 2}
@@ -237,6 +238,10 @@ def question_moved_sensor(frf: Frf, modes: Modes, stated_mass: float | None, *, 
         why = (f"{1e3 * stated_mass:.3g} g move the modes by as much as their own width from point to point: the mass cannot "
                "be taken out, and modes are counted twice")
         remedy = "measure with a lighter sensor"
+    elif not is_taken_out and abs(total / stated_mass - 1) < MAX_STATED_ERROR:
+        why = (f"{1e3 * stated_mass:.3g} g lower frequencies by up to {100 * estimate.shift:.2g} %, and taking them out leaves "
+               "more modes, or modes twice: they are still in the responses")
+        remedy = "look for modes that are counted twice, and measure with a lighter sensor"
     else:
         why = (f"{1e3 * stated_mass:.3g} g were stated, and the frequencies at the points differ as one of {size} makes them")
         remedy = "weigh it with its magnet and cable, and check the calibration of its channels"

@@ -72,6 +72,7 @@ def limit_goal(folder: Path, *, name: str, cut: Mapping[str, Any], cut_name: str
     data["better_speed"] = None if better_speed is None else better_speed.to_dict()
     write_json(folder / "limits.json", data)
     doubts = [*systems.doubts, *_coefficient_doubts(cut_name, cut), *_notes_of(systems, goal), *doubts_among(limits.notes)]
+    doubts += question_draws(limits)
     if tip_x is not None and goal["pose"] and dict(goal["pose"]) != dict(struck_pose):
         doubts.append(Doubt("pose of the goal", "the tip was struck at another pose; its response is taken for this one too",
                             "strike it at the pose of the goal, or add a test of the structure (components, geometry)"))
@@ -102,6 +103,20 @@ def _coefficient_doubts(name: str, cut: Mapping[str, Any]) -> tuple[Doubt, ...]:
 
 def _notes_of(systems: DrawnSystems, goal: Mapping[str, Any]) -> tuple[Doubt, ...]:
     return tuple(doubts_among(systems.nominal(goal["pose"]).notes))
+
+
+def question_draws(limits: DrawnLimits) -> list[Doubt]:
+    """Return the grave doubt that the limit of the likeliest system lies outside the interval of its draws.
+
+    A covariance that a large misfit has widened reaches systems that are none: their limits say nothing of this one.
+    """
+    lower, upper = limits.interval(np.full(len(limits.draws), 1 / len(limits.draws)))[:, 0]
+    limit = float(limits.limit[0])
+    if not np.isfinite(limit) or lower <= limit <= upper:
+        return []
+    return [Doubt("interval of the limit", f"the likeliest system has {1e3 * limit:.3g} mm, outside the {1e3 * lower:.3g} .. "
+                  f"{1e3 * upper:.3g} mm of its draws: its numbers are known too badly for an interval",
+                  "mend the doubts on the fit first, or measure again", grave=True)]
 
 
 def _weights(path: Path | None, draws: int) -> FloatArray:
