@@ -107,6 +107,8 @@ def test_steps_begin_by_reading_and_end_by_the_page(tmp_path, monkeypatch):
                         lambda quiet: nullcontext(lambda name, done, total, step=False: said.append((name, done, total, step))))
 
     class Page:
+        summary = "the answer"
+
         def preceded_by(self, *doubts):
             return self
 
