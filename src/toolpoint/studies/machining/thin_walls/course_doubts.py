@@ -103,22 +103,25 @@ def _place(course: StageCourse, removed: RemovedMaterial, distance: FloatArray, 
 
 
 def _mesh(walls: Sequence[WallThickness], error: float | None) -> list[Doubt]:
-    """Doubt a mesh that is coarse for its walls."""
-    doubts = list[Doubt]()
-    if error is None:
-        doubts.append(Doubt("mesh of the work", "what it errs by is not known", "compare a finer mesh; of boxes (elastic) it "
-                            "is estimated where they have several elements"))
+    """Doubt a mesh that is coarse for its walls, in one sentence: how thick they are, and what is known of its error."""
     elements = np.concatenate([part.elements[np.isfinite(part.thickness)] for part in walls])
     thickness = np.concatenate([part.thickness[np.isfinite(part.thickness)] for part in walls])
-    if elements.size and elements.min() < MIN_ELEMENTS_ACROSS:
+    is_thin = bool(elements.size) and float(elements.min()) < MIN_ELEMENTS_ACROSS
+    words = []
+    if is_thin:
         k = int(elements.argmin())
-        estimate = "" if error is None else f"; by a coarser mesh its frequencies err by about {100 * max(error, 1e-5):.2g} %"
-        doubts.append(Doubt("mesh of the work", f"a wall of {1e3 * thickness[k]:.2g} mm is {elements[k]:.2g} elements thick"
-                            + estimate, "a finer mesh shows what that changes", figure=float(elements[k])))
-    if error is not None and error > MAX_STAGE_MESH_ERROR:
-        doubts.append(Doubt("mesh of the work", f"frequencies of the last stage err by about {100 * error:.2g} %, its "
-                            f"compliance by {200 * error:.2g} %", "a finer mesh", figure=error))
-    return doubts
+        words.append(f"a wall of {1e3 * thickness[k]:.2g} mm is {elements[k]:.2g} elements thick")
+    if error is None:
+        words.append("what it errs by is not known")
+    elif is_thin or error > MAX_STAGE_MESH_ERROR:
+        words.append(f"frequencies of the last stage err by about {100 * max(error, 1e-5):.2g} %, its compliance by "
+                     f"{200 * max(error, 1e-5):.2g} %")
+    if not words:
+        return []
+    remedy = "a finer mesh shows what that changes"
+    if error is None:
+        remedy = "compare a finer mesh; of boxes (elastic) its error is estimated where they have several elements"
+    return [Doubt("mesh of the work", "; ".join(words), remedy, figure=float(elements.min()) if is_thin else error)]
 
 
 def _height(spread: FloatArray, line: IndexArray) -> list[Doubt]:
