@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from toolpoint._check import FloatArray, IndexArray
-from toolpoint._doubt import Doubt
+from toolpoint._doubt import UNKNOWN, Doubt
 from toolpoint.material_removal import RemovedMaterial
 from toolpoint.studies.cuts.tool_dynamics import ToolDynamics
 from toolpoint.studies.machining.thin_walls.clamped_part import ClampedPart
@@ -121,7 +121,8 @@ def _mesh(walls: Sequence[WallThickness], error: float | None) -> list[Doubt]:
     remedy = "a finer mesh shows what that changes"
     if error is None:
         remedy = "compare a finer mesh; of boxes (elastic) its error is estimated where they have several elements"
-    return [Doubt("mesh of the work", "; ".join(words), remedy, figure=float(elements.min()) if is_thin else error)]
+    return [Doubt("mesh of the work", "; ".join(words), remedy,
+                  figure=float(elements.min()) if is_thin else UNKNOWN if error is None else error)]
 
 
 def _height(spread: FloatArray, line: IndexArray) -> list[Doubt]:
