@@ -1,7 +1,7 @@
 """Advice on random pockets: is the written program stable at every block by the exact engine, are the blocks nearest to their
 limit stable in time domain, and is it as quick as the best constant speed and feed of a grid?
 
-    python benchmarks/machining/advice.py [--pockets 20] [--seed 1]
+    python benchmarks/machining/advice.py [--pockets 20] [--seed 1] [--keep]
 
 The last line is the figure. Both runs know the tip; the second takes the written program as it is. The grid goes down from 1.3
 times the programmed speed to 0.4 at the programmed feed per tooth, which loads no block more than the program does, to the
@@ -90,6 +90,7 @@ def main() -> None:
     parser = CommandLine(__doc__)
     parser.cases("pockets", 20)
     parser.seed(1)
+    parser.add_argument("--keep", action="store_true", help="a speed that holds is not raised (as without --faster)")
     arguments = parser.parse_args()
     rng = np.random.default_rng(arguments.seed)
     stable = helped = hopeless = chattering = decided = grid_finds = 0
@@ -99,7 +100,8 @@ def main() -> None:
         modes = Modes(np.sort(rng.uniform(600, 1800, 2)), rng.uniform(0.02, 0.05, 2), np.diag(rng.uniform(1.5, 3, 2)),
                       ("tip:+x", "tip:+y"))
         cut = CuttingDescription.of(diameter=0.01, teeth=int(rng.integers(2, 5)), tangential=8e8, normal=3e8)
-        setup = describe_machining(Stock.box(np.array([-40, -40, -10]) * MM, np.array([40, 40, 0]) * MM), cut, spacing=0.5 * MM)
+        setup = describe_machining(Stock.box(np.array([-40, -40, -10]) * MM, np.array([40, 40, 0]) * MM), cut, spacing=0.5 * MM,
+                                   raises_speed=not arguments.keep)
         dynamics = modal_dynamics(modes)
         before = run_program(parse(text, start=(0, 0, 0.1)), setup, dynamics, text=text, with_advice=True)
         advice = before.advice

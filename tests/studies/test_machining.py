@@ -122,6 +122,24 @@ def test_advice_holds_when_the_written_program_is_run(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
+def test_a_speed_that_holds_is_raised_where_that_is_asked_for() -> None:
+    """Unasked it stays; asked for, the faster program is stable at every block, and no faster than the spindle turns."""
+    text = PROGRAM.format(speed=9000, depth=0.2)
+    kept = _run(text, dynamics=_tip(), with_advice=True, cut=STRAIGHT)
+    raised = _run(text, dynamics=_tip(), with_advice=True, cut=STRAIGHT, raises_speed=True)
+    held = _run(text, dynamics=_tip(), with_advice=True, cut=STRAIGHT, raises_speed=True,
+                limits=studies.CuttingLimits(speed=9000.0))
+    assert kept.advice is not None and raised.advice is not None and held.advice is not None
+    assert not kept.chatter_blocks.size and kept.advice.tools[0].speed == held.advice.tools[0].speed == 9000
+    advice = raised.advice.tools[0]
+    assert 9000 < advice.speed <= 1.3 * 9000 and "which the edges must bear" in advice.words
+    assert raised.advice.time_after < 0.98 * kept.advice.time_after
+    written = rewritten(text, SpeedAndFeed(raised.advice.speed, raised.advice.feed))
+    again = _run(written, dynamics=_tip(), cut=STRAIGHT)
+    assert not again.chatter_blocks.size and (again.blocks.verdict == 1).sum() == 2
+
+
+@pytest.mark.slow
 def test_a_limit_of_power_lowers_the_feed() -> None:
     result = _run(PROGRAM.format(speed=12000, depth=3), dynamics=_tip(), with_advice=True, cut=STRAIGHT,
                   limits=studies.CuttingLimits(power=1500.0))

@@ -175,6 +175,8 @@ def machining(run: Frame, program: Annotated[SourceFile, Argument()], dynamics: 
                                              scale=1e-3, minimum=0)] = 0.0,
               with_advice: Annotated[bool, Help("Also a spindle speed for each tool, and feeds within the limits.",
                                                 name="--advice")] = False,
+              faster: Annotated[bool, Help("Advice looks for a faster speed where the programmed one holds, too; implies "
+                                           "--advice.")] = False,
               lobes: Annotated[int, Help("Of how many engagements, those nearest to their limit, the page shows lobes.",
                                          minimum=0, maximum=200)] = 8,
               write: Annotated[NewFile | None, Help("Write the program with the advised S and F, old values in comments, here; "
@@ -203,11 +205,13 @@ def machining(run: Frame, program: Annotated[SourceFile, Argument()], dynamics: 
         material, described, cuts=cuts, taper=above.taper, stick_out=above.stick_out,
         stick_outs=dict(above.stick_outs), holder_diameter=above.holder,
         zero=dynamics.zero or {}, speed=speed, spacing=spacing, limits=limits, part=part_faces,
-        drives=servo, rotary_speed=above.rotary_speed, rotary_acceleration=above.rotary_acceleration)
+        drives=servo, rotary_speed=above.rotary_speed, rotary_acceleration=above.rotary_acceleration,
+        raises_speed=faster)
+    with_advice = with_advice or faster or write is not None
     if parsed.is_tilted:
         staged = studies.run_stages(parsed, setup, source, name=program.name, text=text, lobes=lobes, folder=folder,
                                     tips=tips_of_tools, work=yielding,
-                                    with_advice=with_advice or write is not None, progress=run.progress_of_parts())
+                                    with_advice=with_advice, progress=run.progress_of_parts())
         staged = recorded.compare_stages(staged, record)
         if write is not None:
             changes = io.SpeedAndFeed(*staged.advised_words)
@@ -215,8 +219,8 @@ def machining(run: Frame, program: Annotated[SourceFile, Argument()], dynamics: 
         run.present(pages.stages_page, staged, run.warnings, notes=[*staged.doubts, *staged.notes])
         return
     run_all = studies.run_five_axes if parsed.is_five_axis else studies.run_program
-    result = run_all(parsed, setup, source, name=program.name, text=text, with_advice=with_advice or write is not None,
-                     lobes=lobes, folder=folder, tips=tips_of_tools, work=yielding, progress=run.progress_of_parts())
+    result = run_all(parsed, setup, source, name=program.name, text=text, with_advice=with_advice, lobes=lobes,
+                     folder=folder, tips=tips_of_tools, work=yielding, progress=run.progress_of_parts())
     result = recorded.compare(result, record)
     if result.advice is not None:
         factors = io.SpeedAndFeed(result.advice.speed, result.advice.feed)

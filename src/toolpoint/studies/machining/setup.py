@@ -98,6 +98,8 @@ class MachiningSetup:
     drives : DriveDescription, optional
         Servo of the axes: it follows the program under the cutting forces. Its limits are the planner's where `planned` is
         left out.
+    raises_speed : bool
+        Whether advice looks for a faster speed for a tool that holds as it is programmed, too.
 
     Examples
     --------
@@ -124,6 +126,7 @@ class MachiningSetup:
     drives: DriveDescription | None = None
     rotary_speed: float = float("inf")
     rotary_acceleration: float = float("inf")
+    raises_speed: bool = False
 
     def __post_init__(self) -> None:
         if self.planned is None and self.drives is not None:
