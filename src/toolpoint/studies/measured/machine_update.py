@@ -326,9 +326,9 @@ def update(
 
 
 def _is_unlike(task: Problem, result: ParameterFit) -> bool:
-    """Whether a fit gives other responses than measured, peaks elsewhere: what masses or places that are off do not."""
+    """Whether a fit gives other responses, peaks elsewhere: what masses or places that are off do not; True for modes alone."""
     fracs = [agreement.frac for agreement in agreements(task, result.x) if agreement.frac is not None]
-    return any(np.nanmean(frac) < MIN_FRAC_OF_A_NEAR_FIT for frac in fracs if np.isfinite(frac).any())
+    return not fracs or any(np.nanmean(frac) < MIN_FRAC_OF_A_NEAR_FIT for frac in fracs if np.isfinite(frac).any())
 
 
 def _warn_of_silent_responses(task: Problem) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 
 from toolpoint._check import FloatArray
 from toolpoint.updating import LeastSquares, ParameterFit, Problem, fit, fit_with_restarts, identifiability
-from toolpoint.updating.fits.far_starts import compose_ends, find_far_ends
+from toolpoint.updating.fits.far_starts import compose_ends, find_far_ends, relax_targets
 from toolpoint.updating.fits.fit import is_explained
 from toolpoint.updating.identifiability import Identifiability
 
@@ -38,17 +38,20 @@ def fit_on_all_lines(task: Problem, thinned: Problem, method: LeastSquares | Non
 
 def fit_from_afar(task: Problem, thinned: Problem, result: ParameterFit, *, method: LeastSquares | None,
                   limit: float | None, least_influence: float) -> ParameterFit:
-    """Return the fit, or where it does not explain responses the best of those that begin at far starts.
+    """Return the fit, or where it does not explain the data the best of those that begin at far starts.
 
-    A joint that is a hundred times stiffer in its file moves no peak, and no slope leads from there. Far starts follow the
-    logarithms of the responses on few lines. task, thinned : as in `fit_on_all_lines`.
+    A joint that is a hundred times stiffer in its file moves no peak, and no slope leads from there; far from the truth shapes
+    lead into other minima. Far starts follow the logarithms of the responses on few lines, or frequencies and shapes with wide
+    deviations where there are modes alone. task, thinned : as in `fit_on_all_lines`.
     """
     names = [name for name in task.names if ".stiffness" in name]
     if not names or (result.converged and is_explained(result, task.assumed)):
         return result
     judge = _logarithmic_problem(thinned)
-    ends = find_far_ends(judge, names)
-    composed = compose_ends(judge, names, ends)
+    search = judge if any(targets.frf is not None for targets in task.targets) else (
+        task.with_targets([relax_targets(targets) for targets in task.targets]))
+    ends = find_far_ends(search, names)
+    composed = compose_ends(search, names, ends)
     best = result
     for start in ([] if composed is None else [composed]) + ends[:MAX_FAR_ENDS]:
         other = _fit_from_modes(thinned, method, limit, least_influence, start, judge=judge, stages=(judge, thinned))

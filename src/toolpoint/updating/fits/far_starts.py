@@ -9,6 +9,7 @@ by itself, not both at once by luck.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from scipy.sparse.csgraph import connected_components
@@ -17,14 +18,25 @@ from scipy.stats import qmc
 from toolpoint._check import FloatArray, ToolpointError
 from toolpoint.updating.fits.fit import fit
 from toolpoint.updating.fits.fit_methods import LeastSquares
+from toolpoint.updating.measured.targets import Targets
 from toolpoint.updating.problem import Problem
 
 # The search in the parameters' coordinates (from a factor 1/90 to 7: joints are softer than their files more often), points
 # where the misfit is asked for a start, evaluations of each start.
 MIN_SEARCH_COORDINATE, MAX_SEARCH_COORDINATE = -4.5, 2.0
 POINTS_PER_START, EVALUATIONS_PER_START = 40, 60
+# Deviations of the search by modes: wide, so that its valleys are.
+SEARCH_FREQUENCY_SD, SEARCH_SHAPE_SD = 0.02, 0.1
 MIN_DISTANCE_OF_ENDS = 0.1  # largest difference of coordinates from which two ends are two
 MIN_OVERLAP_OF_ACTIONS = 0.01  # cosine of what two numbers do to the residuals, from which they are one group
+
+
+def relax_targets(targets: Targets) -> Targets:
+    """Return targets of which frequencies and shapes alone count, with wide deviations."""
+    if targets.modes is None:
+        return targets
+    modes = replace(targets.modes, covariance=None, shape_variance=None)
+    return replace(targets, modes=modes, damping=False, frequency_sd=SEARCH_FREQUENCY_SD, shape_sd=SEARCH_SHAPE_SD)
 
 
 def find_far_ends(problem: Problem, names: Sequence[str], *, starts: int = 24) -> list[FloatArray]:

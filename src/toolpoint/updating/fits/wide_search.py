@@ -17,18 +17,15 @@ import numpy as np
 
 from toolpoint._check import FloatArray, ToolpointError
 from toolpoint._threads import on_one_thread
-from toolpoint.updating.fits.far_starts import find_far_ends
+from toolpoint.updating.fits.far_starts import find_far_ends, relax_targets
 from toolpoint.updating.fits.fit import fit
 from toolpoint.updating.fits.fit_methods import Bayesian
 from toolpoint.updating.fits.parameter_fit import ParameterFit
 from toolpoint.updating.fits.valleys import with_valleys
-from toolpoint.updating.measured.targets import Targets
 from toolpoint.updating.parameter import Parameter
 from toolpoint.updating.problem import Problem
 
 MAX_REFINED_MINIMA = 4  # ends of far starts that are fitted whole
-# Deviations of the search: wide, so that its valleys are.
-SEARCH_FREQUENCY_SD, SEARCH_SHAPE_SD = 0.02, 0.1
 # Cost, in the scale of chi-square, within which two minima explain the data alike; standard deviations by which they differ.
 MAX_COST_OF_RIVALS, MIN_DISTANCE_OF_RIVALS = 9.0, 3.0
 # Prior of the logarithm of a number about its file's value: dampers are guessed within a factor 7 (95 %), springs within 400.
@@ -100,16 +97,8 @@ def _ends(problem: Problem, starts: int) -> list[FloatArray]:
     moved = [name for name in problem.names if ".damping" not in name and "loss_factor" not in name]
     if not moved:
         return []
-    relaxed = problem.with_targets([_relaxed(targets) for targets in problem.targets])
+    relaxed = problem.with_targets([relax_targets(targets) for targets in problem.targets])
     return find_far_ends(relaxed, moved, starts=starts)[:MAX_REFINED_MINIMA]
-
-
-def _relaxed(targets: Targets) -> Targets:
-    """Return targets of which frequencies and shapes alone count, with wide deviations."""
-    if targets.modes is None:
-        return targets
-    modes = replace(targets.modes, covariance=None, shape_variance=None)
-    return replace(targets, modes=modes, damping=False, frequency_sd=SEARCH_FREQUENCY_SD, shape_sd=SEARCH_SHAPE_SD)
 
 
 def _refined(problem: Problem, x: FloatArray) -> ParameterFit | None:
