@@ -82,7 +82,7 @@ def run_case(seed: int, slip: str, given) -> dict:
                     "answers": list(results.answers), "foreign": ""}
         except ToolpointError as error:
             row |= {"doubts": [], "failed": [str(error)], "answers": [], "foreign": ""}
-        except Exception as error:  # noqa: BLE001: what a user must never meet is what is looked for
+        except Exception as error:  # what a user must never meet is what is looked for
             row |= {"doubts": [], "failed": [], "answers": [], "foreign": f"{type(error).__name__}: {error}"}
         row["run s"] = time.process_time() - start
         row["named"] = is_named(test.words, row["doubts"] + row["failed"]) if slip else None

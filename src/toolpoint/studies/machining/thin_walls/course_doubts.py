@@ -13,7 +13,7 @@ from toolpoint.studies.cuts.tool_dynamics import ToolDynamics
 from toolpoint.studies.machining.thin_walls.clamped_part import ClampedPart
 from toolpoint.studies.machining.thin_walls.part_responses import GROUP_STEP, MIN_MODE_SHARE
 from toolpoint.studies.machining.thin_walls.part_stages import STAGE_MODE_COUNT, StageCourse
-from toolpoint.studies.machining.thin_walls.wall_contacts import WallThickness
+from toolpoint.studies.machining.thin_walls.wall_contacts import ThicknessAtCuts
 from toolpoint.vibration import Frf, Modes
 
 MAX_VOLUME_DIFFERENCE = 0.02  # of the removed volume, between the stock and the part
@@ -26,7 +26,7 @@ MAX_DISTANCE = 1e-3  # m, of a contact from the part
 
 
 def question_course(part: ClampedPart, course: StageCourse, *, removed: RemovedMaterial, distance: FloatArray,
-                    spread: FloatArray, walls: Sequence[WallThickness], error: float | None, line: IndexArray
+                    spread: FloatArray, walls: Sequence[ThicknessAtCuts], error: float | None, line: IndexArray
                     ) -> tuple[list[Doubt], list[str]]:
     """Return the doubts and the notes of a part's course.
 
@@ -102,7 +102,7 @@ def _place(course: StageCourse, removed: RemovedMaterial, distance: FloatArray, 
     return doubts
 
 
-def _mesh(walls: Sequence[WallThickness], error: float | None) -> list[Doubt]:
+def _mesh(walls: Sequence[ThicknessAtCuts], error: float | None) -> list[Doubt]:
     """Doubt a mesh that is coarse for its walls, in one sentence: how thick they are, and what is known of its error."""
     elements = np.concatenate([part.elements[np.isfinite(part.thickness)] for part in walls])
     thickness = np.concatenate([part.thickness[np.isfinite(part.thickness)] for part in walls])

@@ -18,7 +18,7 @@ from toolpoint.studies.machining.thin_walls.clamped_part import ClampedPart
 from toolpoint.studies.machining.thin_walls.course_doubts import question_course
 from toolpoint.studies.machining.thin_walls.part_responses import dynamics_of, respond
 from toolpoint.studies.machining.thin_walls.part_stages import StageCourse, choose_stages, estimate_mesh_error
-from toolpoint.studies.machining.thin_walls.wall_contacts import WallThickness, contacts_of, measure_walls
+from toolpoint.studies.machining.thin_walls.wall_contacts import ThicknessAtCuts, contacts_of, measure_walls
 from toolpoint.studies.machining.thin_walls.work_course import WorkCourse
 
 WALL_REACH = np.radians(1.0)  # rad: an arc that ends so near to 0 or 180 degrees leaves a wall there
@@ -35,12 +35,12 @@ def follow_part(work: ClampedPart, arcs: PlaceArcs, *, removed: RemovedMaterial,
     stage_of = course.stage_of(removed.piece[arcs.place])
     group, compliance = np.zeros(arcs.place.size, np.int64), np.full(arcs.place.size, np.nan)
     distance, spread = np.zeros(arcs.place.size), np.ones(arcs.place.size)
-    dynamics, walls = list[ToolDynamics](), list[WallThickness]()
+    dynamics, walls = list[ToolDynamics](), list[ThicknessAtCuts]()
     lines = laid.path.line[laid.moves.block[np.minimum([s.piece for s in course.stages], removed.moves.count - 1)]]
     for k, stage in enumerate(course.stages):
         members = np.flatnonzero(stage_of == k)
         if not members.size:
-            walls.append(WallThickness(np.zeros(0), np.zeros(0)))
+            walls.append(ThicknessAtCuts(np.zeros(0), np.zeros(0)))
             continue
         responses = respond(stage, contacts, members, cut=cut, damping=damping)
         group[members] = len(dynamics) + responses.group
@@ -63,7 +63,7 @@ def _along(amplitude: FloatArray, way: FloatArray) -> float:
     return float(((way @ amplitude) ** 2).sum())
 
 
-def _row(k: int, course: StageCourse, line: int, walls: WallThickness, compliance: FloatArray) -> tuple[str, ...]:
+def _row(k: int, course: StageCourse, line: int, walls: ThicknessAtCuts, compliance: FloatArray) -> tuple[str, ...]:
     """Return the cells of a stage."""
     modes = ", ".join(f"{f:.0f}" for f in course.stages[k].frequency[:_LISTED_MODES])
     change = "-" if k == 0 else f"{100 * course.change[k - 1]:.1f} %"

@@ -57,7 +57,7 @@ def _direction(phi: FloatArray, angle: FloatArray) -> FloatArray:
 
 
 @dataclass(frozen=True, eq=False)
-class WallThickness:
+class ThicknessAtCuts:
     """Thickness of the wall behind contacts, (k,), m, infinite where it is not ended within a few elements; and how many
     elements stand across it, (k,)."""
 
@@ -65,7 +65,7 @@ class WallThickness:
     elements: FloatArray
 
 
-def measure_walls(contacts: WallContacts, members: IndexArray, *, stage: PartStage, cut: CutSolid) -> WallThickness:
+def measure_walls(contacts: WallContacts, members: IndexArray, *, stage: PartStage, cut: CutSolid) -> ThicknessAtCuts:
     """Return the thickness of the walls behind some contacts at a stage, along the normal of the wall."""
     size = float(np.mean(np.concatenate([np.ptp(block.corners[active], axis=1).max(axis=1)
                                          for block, active in zip(cut.blocks, stage.state.active, strict=True)])))
@@ -87,4 +87,4 @@ def measure_walls(contacts: WallContacts, members: IndexArray, *, stage: PartSta
     corners = cut.model.nodes[located.nodes[:, :_CORNER_COUNT]].reshape(members.size, -1, _CORNER_COUNT, 3)
     across = np.ptp(corners[np.arange(members.size), first], axis=1)
     width = (across * np.abs(contacts.wall[members])).sum(axis=1)
-    return WallThickness(thickness, thickness / np.maximum(width, 1e-12))
+    return ThicknessAtCuts(thickness, thickness / np.maximum(width, 1e-12))

@@ -11,7 +11,7 @@ from toolpoint._check import FloatArray, IndexArray
 from toolpoint._doubt import Doubt
 from toolpoint.studies.cuts.tool_dynamics import ToolDynamics
 from toolpoint.studies.machining.thin_walls.part_stages import StageCourse
-from toolpoint.studies.machining.thin_walls.wall_contacts import WallThickness
+from toolpoint.studies.machining.thin_walls.wall_contacts import ThicknessAtCuts
 
 STAGE_HEADER = ("stage", "from line", "modes Hz", "change", "thinnest wall mm", "elements across", "compliance µm/N")
 
@@ -32,7 +32,7 @@ class WorkCourse:
     doubts: tuple[Doubt, ...] = ()
     stages: StageCourse | None = None
     mesh_error: float | None = None
-    walls: tuple[WallThickness, ...] = field(default=())
+    walls: tuple[ThicknessAtCuts, ...] = field(default=())
 
     def to_dict(self) -> dict[str, Any]:
         """Return the stages as plain numbers, SI, and the largest compliance of the work at a cut."""
