@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from statistics import NormalDist
 from typing import TYPE_CHECKING, Any
 
 from toolpoint._doubt import Doubt, mark_notes
@@ -23,7 +25,8 @@ METHODS = (
     "Responses were estimated from the hits that passed the judgement (H1), modes identified with their covariance, joints and "
     "their machine fitted to poles and shapes at once, and limits of stability computed as the first loss of stability "
     "(Floquet multipliers, counted by the phase of a determinant). Intervals are quantiles of {draws} draws of the identified "
-    "numbers and of the cutting coefficients, weighed by the cuts that were tried. toolpoint {version}.")
+    "numbers and of the cutting coefficients, weighed by the cuts that were tried; other draws, as many, move either end by some "
+    "{scatter:.0f} % of the half width (`draws` of the project file). toolpoint {version}.")
 ASSUMPTIONS = (
     "Coefficients K_t and K_n are lognormal and independent of each other; those of two cuts are independent.",
     "The numbers of the machine are normal with the covariance of its identification; uncertain masses and coordinates are in "
@@ -90,6 +93,16 @@ class ProjectResults(NotebookText):
         return f"ProjectResults({self.data['project']!r}, {len(self.answers)} answers, {len(self.data['doubts'])} doubts)"
 
 
+def end_scatter(draws: int) -> float:
+    """Return the standard deviation of either end of a 95 % interval from so many draws, over its half width.
+
+    Of a normal quantity, by the density at its quantile: the root of p (1 - p)/n over the density, with p = 0.025.
+    """
+    normal, tail = NormalDist(), 0.025
+    end = normal.inv_cdf(1 - tail)
+    return math.sqrt(tail * (1 - tail) / draws) / normal.pdf(end) / end
+
+
 def gather_results(name: str, root: Path, steps: Sequence[ProjectStep], *, run: RunResult, absent_parts: Sequence[str],
                    version: str
                    ) -> ProjectResults:
@@ -108,7 +121,7 @@ def gather_results(name: str, root: Path, steps: Sequence[ProjectStep], *, run: 
             "next_steps": _next_steps(run, goals, programs, files=files, absent_parts=absent_parts),
             "steps": [_step_entry(step, event, run) for step in steps if (event := run.of(step.name)) is not None],
             "doubts": [entry.to_dict() for entry in doubts], "missing": list(absent_parts), "assumptions": list(ASSUMPTIONS),
-            "methods": METHODS.format(draws=draws, version=version)}
+            "methods": METHODS.format(draws=draws, scatter=100 * end_scatter(max(draws, 1)), version=version)}
     return ProjectResults(plain(data))
 
 
