@@ -25,8 +25,8 @@ METHODS = (
     "Responses were estimated from the hits that passed the judgement (H1), modes identified with their covariance, joints and "
     "their machine fitted to poles and shapes at once, and limits of stability computed as the first loss of stability "
     "(Floquet multipliers, counted by the phase of a determinant). Intervals are quantiles of {draws} draws of the identified "
-    "numbers and of the cutting coefficients, weighed by the cuts that were tried; other draws, as many, move either end by some "
-    "{scatter:.0f} % of the half width (`draws` of the project file). toolpoint {version}.")
+    "numbers and of the cutting coefficients, weighed by the cuts that were tried; other draws, as many, move either end by "
+    "some {scatter:.0f} % of the half width (`draws` of the project file). toolpoint {version}.")
 ASSUMPTIONS = (
     "Coefficients K_t and K_n are lognormal and independent of each other; those of two cuts are independent.",
     "The numbers of the machine are normal with the covariance of its identification; uncertain masses and coordinates are in "
