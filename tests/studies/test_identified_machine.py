@@ -47,6 +47,12 @@ def test_a_frequency_is_half_as_uncertain_as_its_stiffness():
     assert result.to_dict()["interval_hz"][0] == pytest.approx(1.959964 * SHARE / 2 * result.frequency[0], rel=1e-4)
 
 
+def test_draws_of_a_stiffness_that_is_not_determined_are_no_machines():
+    """Stiffer by ten powers they would hide all other springs in rounding; the number is named."""
+    with pytest.raises(ToolpointError, match=r"gave \d+ possible machines.*guide.stiffness.x is known within 1.96e\+12 % only"):
+        list(machine_uncertainty(slider(1e10)).samples(20, np.random.default_rng(1)))
+
+
 def test_what_a_test_would_fit_is_said_beside_undamped_frequencies():
     """omega sqrt(1 + 0.04 i) has the size omega (1 + 0.0004): 0.04 %; without loss nothing is said."""
     assert [note for note in solve_modes(slider()).notes if "raise those that a test fits, by 0.04 % in mode 1" in note]

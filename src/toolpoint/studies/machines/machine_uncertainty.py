@@ -20,6 +20,7 @@ from toolpoint.machine.parts.model import Machine
 
 STANDARD_NORMAL_95 = 1.959964  # half width of a 95 % interval, in standard deviations
 MACHINE_DRAW_COUNT = 40  # machines drawn where responses keep draws
+MAX_DRAWN_STIFFNESS_RATIO = 1e3  # of a drawn stiffness over the largest of its joint: rounding would hide all other springs
 _SLOPE_STEP_DEVIATIONS = 0.1  # step of the central differences, in standard deviations of the number
 
 
@@ -91,7 +92,10 @@ class MachineUncertainty(NotebookText):
         remaining, tries = count, 20 * count
         while remaining and tries:
             tries -= 1
-            drawn = zip(self.paths, middle + root @ rng.normal(size=len(middle)), strict=True)
+            numbers = middle + root @ rng.normal(size=len(middle))
+            if not self._is_possible(numbers, middle):
+                continue
+            drawn = zip(self.paths, numbers, strict=True)
             try:
                 sample = self.machine.with_values({path: _clip_loss(path, float(value)) for path, value in drawn})
             except ToolpointError:
@@ -100,8 +104,25 @@ class MachineUncertainty(NotebookText):
             remaining -= 1
         if remaining:
             fail("identified.covariance", f"{20 * count} draws gave {count - remaining} possible machines",
-                 f"must give {count}",
-                 remedy="the numbers are known too badly for samples; measure more")
+                 f"must give {count}", remedy=f"{self._least_known}: the numbers are known too badly for samples; mend what "
+                 "the doubts on its joint name, or measure more")
+
+    def _is_possible(self, numbers: FloatArray, middle: FloatArray) -> bool:
+        """Whether no stiffness of a draw is far beyond the largest of its joint: of one that is not determined, draws are."""
+        for part in dict.fromkeys(self.parts):
+            mine = [k for k, path in enumerate(self.paths) if ".stiffness" in path and self.parts[k] == part]
+            if mine and np.abs(numbers[mine]).max() > MAX_DRAWN_STIFFNESS_RATIO * np.abs(middle[mine]).max():
+                return False
+        return True
+
+    @property
+    def _least_known(self) -> str:
+        """The number with the largest deviation over itself, in words."""
+        deviation = np.sqrt(np.maximum(np.diag(self.covariance), 0.0))
+        share = deviation / np.maximum(np.abs([self.machine.value(path) for path in self.paths]), 1e-300)
+        share[[".stiffness" not in path for path in self.paths]] = 0.0
+        k = int(share.argmax())
+        return f"{self.paths[k]} is known within {100 * STANDARD_NORMAL_95 * share[k]:.3g} % only"
 
     @property
     def _scale(self) -> FloatArray:
