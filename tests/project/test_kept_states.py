@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 
 import pytest
 
@@ -101,3 +102,13 @@ def test_the_newest_states_stay(tmp_path):
         (place / f"{date.replace(':', '-')}_key.json").write_text(json.dumps(state(date).to_dict()))
     drop_oldest_states(tmp_path)
     assert [kept.date for kept in read_states(tmp_path)] == dates[5:]
+
+
+def test_states_of_one_second_are_in_the_order_of_their_files(tmp_path):
+    place = tmp_path / STATES_PLACE
+    place.mkdir(parents=True)
+    for time, key in ((2, "0b"), (1, "ff"), (3, "0a")):
+        path = place / f"2026-05-04T10-00-00_{key}.json"
+        path.write_text(json.dumps({**state().to_dict(), "key": key}))
+        os.utime(path, ns=(time, time))
+    assert [kept.key for kept in read_states(tmp_path)] == ["ff", "0b", "0a"]

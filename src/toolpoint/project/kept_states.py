@@ -62,7 +62,7 @@ def limit_words(goal: Mapping[str, Any]) -> str:
 def read_states(folder: Path) -> tuple[KeptState, ...]:
     """Return the kept states of a project's folder, the oldest first; a damaged file is left out."""
     states = []
-    for path in sorted((folder / STATES_PLACE).glob("*.json")):
+    for path in _state_files(folder):
         try:
             data = dict(read_json(path))
             states.append(KeptState(str(data.pop("key")), str(data.pop("date")), data))
@@ -101,9 +101,15 @@ def keep_state(folder: Path, steps: Sequence[ProjectStep], goals: Mapping[str, M
 
 
 def drop_oldest_states(folder: Path) -> None:
-    """Remove all but the last `MAX_KEPT_STATES` states of a project's folder; their names begin with their dates."""
-    for path in sorted((folder / STATES_PLACE).glob("*.json"))[:-MAX_KEPT_STATES]:
+    """Remove all but the last `MAX_KEPT_STATES` states of a project's folder."""
+    for path in _state_files(folder)[:-MAX_KEPT_STATES]:
         path.unlink(missing_ok=True)
+
+
+def _state_files(folder: Path) -> list[Path]:
+    """Return the files of kept states, the oldest first, by the dates in their names; of one second by the files' times."""
+    return sorted((folder / STATES_PLACE).glob("*.json"),
+                  key=lambda path: (path.name.partition("_")[0], path.stat().st_mtime_ns, path.name))
 
 
 def _content(folder: Path, steps: Sequence[ProjectStep], records: Sequence[StepRecord], *,
