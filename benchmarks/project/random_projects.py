@@ -92,9 +92,9 @@ def write_project(case, rng, slip: str, folder: Path, *, coefficients: float) ->
 
 
 def is_named(words: list[set[str]], doubts: list[str]) -> bool:
-    """Return whether one doubt holds all words of a set, by whole words."""
+    """Return whether one doubt holds all words of a set, by whole words; a Dof counts as its point too."""
     for doubt in doubts:
-        for mark in ",.:;[]()":
+        for mark in ",.:;[]()/'\"#":
             doubt = doubt.replace(mark, " ")
         if any(several <= set(doubt.split()) for several in words):
             return True

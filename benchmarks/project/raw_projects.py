@@ -26,7 +26,7 @@ import numpy as np
 
 from benchmarks.frame import CommandLine, read_rows
 from benchmarks.joint_identification import joint_machines as jm
-from benchmarks.project.random_projects import asked, summary
+from benchmarks.project.random_projects import asked, is_named, summary
 from benchmarks.project.raw_tests import GENERAL_SLIPS, HEAVIEST_SENSOR, RAW_SLIPS, SLIPS, random_test, write_raw
 from toolpoint._check import ToolpointError
 from toolpoint.project import Project
@@ -52,16 +52,6 @@ def slip_of(seed: int) -> str:
         return ""
     number = seed // 2
     return RAW_SLIPS[number // 2 % len(RAW_SLIPS)] if number % 2 == 0 else GENERAL_SLIPS[number // 2 % len(GENERAL_SLIPS)]
-
-
-def is_named(words: list[set[str]], doubts: list[str]) -> bool:
-    """Return whether one doubt holds all words of a set, by whole words; a Dof counts as its point too."""
-    for doubt in doubts:
-        for mark in ",.:;[]()/'\"#":
-            doubt = doubt.replace(mark, " ")
-        if any(several <= set(doubt.split()) for several in words):
-            return True
-    return False
 
 
 def run_case(seed: int, slip: str, given) -> dict:
