@@ -14,6 +14,12 @@ TOOL = ["--diameter", "10", "--teeth", "4", "--kt", "800", "--kn", "300", "--spa
 STOCK = ["--stock", "box=0,0,-10,30,20,0"]
 
 
+@pytest.fixture(autouse=True)
+def own_folder(tmp_path, monkeypatch):
+    """Pages without a place go to the current folder: not to one where a user may keep his own."""
+    monkeypatch.chdir(tmp_path)
+
+
 @pytest.fixture
 def program(tmp_path: Path) -> Path:
     path = tmp_path / "part.nc"
