@@ -31,7 +31,12 @@ DRAWN_MOTION_FRACTION = 0.03
 
 def video_page(videos: Sequence[VideoStudy], result: VideoUpdate | InterfaceRanking | None = None, *,
                warnings: Sequence[str] = ()) -> Report:
-    """Return the page of one or more videos, with the ranking and update of a machine where there is one."""
+    """Return the page of one or more videos, with the ranking and update of a machine where there is one.
+
+    Examples
+    --------
+    Runs in ``examples/modes_from_a_clip.py``.
+    """
     names = ", ".join(video.scan.clip.name for video in videos)
     report = Report("Modes from video", " ".join(map(_answer, videos)), subtitle=names)
     doubts = [*warnings, *(f"{video.scan.clip.name}: {text}" for video in videos for text in video.doubts)]

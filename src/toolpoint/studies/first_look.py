@@ -46,6 +46,10 @@ def study_machine_and_responses(machine: Machine | None = None, frf: Frf | None 
     pose : of the machine (m, rad); its described poses where left out; band : Hz, of the measured lines; method : of the
     machine's lobes, the exact engine where left out.
     Raises ToolpointError where neither is given.
+
+    Examples
+    --------
+    Runs in ``examples/report_measured_responses.py``.
     """
     if machine is None and frf is None:
         raise ToolpointError("first look: neither a machine nor responses given; needs at least one of them")

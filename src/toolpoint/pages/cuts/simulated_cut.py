@@ -12,7 +12,12 @@ from toolpoint.studies.cuts.simulated_cut import SimulatedCut
 
 
 def simulation_page(result: SimulatedCut, warnings: Sequence[str] = ()) -> Report:
-    """Return the page of a simulated cut."""
+    """Return the page of a simulated cut.
+
+    Examples
+    --------
+    Runs in ``examples/simulate_a_cut.py``.
+    """
     run = result.run
     report = Report("Simulated cut", _answer(result), subtitle=f"{problem_words(run.problem)}; {run.speed:g} rev/min, depth "
                                                                f"{1e3 * run.depth:g} mm")

@@ -74,6 +74,10 @@ def chatter_map(
         Chosen to suit the cut where left out; `ZeroOrder` is quicker by far and says its usual error.
     engine, folder, progress
         See `execute.execute`; a point of the study is a chain of neighbouring poses, `progress` counts poses.
+
+    Examples
+    --------
+    Runs in ``examples/map_chatter_limits.py``.
     """
     used = cut or machine.description.cutting
     if used is None:

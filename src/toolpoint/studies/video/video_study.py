@@ -222,6 +222,10 @@ def study_video(
     ------
     ToolpointError
         Where nothing in the picture shows motion, and for what the parts refuse.
+
+    Examples
+    --------
+    Runs in ``examples/modes_from_a_clip.py``.
     """
     if machine is not None and not bodies:
         bodies = body_regions(machine, view or View(), clip.shape)

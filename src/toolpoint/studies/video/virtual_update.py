@@ -94,6 +94,10 @@ def update_from_virtual_videos(
     step : function of the name of the part that begins, optional
     recorded : function of a video and its plane to the clip that is measured, optional
         For example one that writes it compressed and reads it again.
+
+    Examples
+    --------
+    Runs in ``examples/find_the_soft_joints_in_two_videos.py``.
     """
     camera = camera or Camera(shape=PICTURE_SHAPE)
     filmed = machine.with_values(dict(truth))
