@@ -10,6 +10,7 @@ import numpy as np
 from toolpoint._check import ComplexArray, FloatArray, count, fail, one_of, positive
 from toolpoint._threads import on_one_thread
 from toolpoint.modal_identification.band import cut, noise_level
+from toolpoint.modal_identification.basis import scale_powers
 from toolpoint.modal_identification.fit import estimate as _estimate
 from toolpoint.modal_identification.fit.refinement import Indistinguishable
 from toolpoint.modal_identification.judgement.advice import is_smooth, remarks
@@ -371,8 +372,7 @@ def _select_live_channels(frf: Frf) -> tuple[Frf, list[str]]:
 def _explained_fractions(fitted: _estimate.Estimate) -> FloatArray:
     """Return the fraction of each response's energy that the synthesis explains."""
     total = np.einsum("foi,foi->oi", fitted.data.values, fitted.data.values)
-    # A response of rounding alone has no energy to explain: its fraction stays finite.
-    return 1 - fitted.fit.squares / np.maximum(total, max(1e-25 * float(total.max()), np.finfo(float).tiny))
+    return 1 - fitted.fit.squares / scale_powers(total)
 
 
 def _support_of_modes(start: Start, poles: ComplexArray) -> FloatArray | None:

@@ -11,6 +11,7 @@ import numpy as np
 from toolpoint._check import ComplexArray, FloatArray
 from toolpoint._doubt import Doubt, mark_notes
 from toolpoint._notebook import NotebookText
+from toolpoint.modal_identification.basis import scale_powers
 from toolpoint.modal_identification.judgement.complexity import mean_phase_deviation, phase_collinearity, real_modes
 from toolpoint.modal_identification.judgement.relative_motion import Significance
 from toolpoint.modal_identification.judgement.repeated_modes import RepeatedModes
@@ -197,7 +198,7 @@ class Identification(NotebookText):
 def mode_quality(frf: Frf, model: ModalModel, modes: Modes) -> FloatArray:
     """Return the share of energy explained within the half-power width of each mode (three lines at least)."""
     result = np.empty(modes.count)
-    scale = np.maximum(np.sqrt((np.abs(frf.values) ** 2).mean(axis=0)), np.finfo(float).tiny)
+    scale = np.sqrt(scale_powers((np.abs(frf.values) ** 2).mean(axis=0)))
     for i in range(modes.count):
         distance = np.abs(frf.frequency - modes.frequency[i])
         third_distance = np.partition(distance, 2)[2]
