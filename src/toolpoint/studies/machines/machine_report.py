@@ -11,7 +11,7 @@ import numpy as np
 from toolpoint._check import FloatArray
 from toolpoint._doubt import doubts_among, mark_notes, place_note
 from toolpoint._notebook import NotebookText
-from toolpoint._rounding import text_below, with_uncertainty
+from toolpoint._rounding import limit_text
 from toolpoint.cutting import StabilityChart
 from toolpoint.cutting.description import CuttingDescription
 from toolpoint.cutting.stability.lowest import LowestLimit
@@ -65,7 +65,7 @@ class MachineReport(NotebookText):
         """Return a line on the depth that is stable at every speed of the chart, also between its lines, for every pose."""
         lines = []
         for pose, chart, lowest in zip(self.study.poses if self.study else (), self.charts, self.lowest, strict=False):
-            depth = (f"{_depth(lowest)} (least at {lowest.speed:.0f} rev/min)"
+            depth = (f"{depth_at_every_speed(lowest)} (least at {lowest.speed:.0f} rev/min)"
                      if np.isfinite(lowest.depth) else f"above {1e3 * chart.depth_max:.3g} mm")
             lines.append(f"Stable at every speed from {chart.speeds.min():.0f} to {chart.speeds.max():.0f} rev/min, "
                          f"{pose_words(self.machine, pose)}: {depth}")
@@ -80,12 +80,9 @@ class MachineReport(NotebookText):
             "tool_yielding_shares": dict(self.yielding), "limit_error_m": [limit.error for limit in self.lowest]}
 
 
-def _depth(lowest: LowestLimit) -> str:
-    """Return a limit in words: rounded down to four digits where its numerical error is below them, else with its error."""
-    # Four digits are printed where the error moves none of them; never more than is stable.
-    if lowest.error < 5e-4 * lowest.depth:
-        return f"{text_below(1e3 * (lowest.depth - lowest.error), 4)} mm"
-    return with_uncertainty(1e3 * lowest.depth, 1e3 * lowest.error, "mm")
+def depth_at_every_speed(lowest: LowestLimit) -> str:
+    """Return the depth that is stable at every speed in mm, as page and terminal both print it."""
+    return f"{limit_text(1e3 * lowest.depth, 1e3 * lowest.error)} mm"
 
 
 def study_modes(machine: Machine, pose: Pose | None = None) -> MachineReport:
