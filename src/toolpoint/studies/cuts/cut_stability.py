@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from toolpoint._check import ToolpointError
+from toolpoint._rounding import limit_text
 from toolpoint.cutting import PanelArnoldi, stability
 from toolpoint.cutting.simulation.simulated_run import Simulation
 from toolpoint.studies.machines.tool_point import MAX_CHART_DEPTH, depth_limit
@@ -39,7 +40,7 @@ class CutStability:
         """Return rows (quantity, value)."""
         if self.multiplier is None or self.limit is None:
             return [("stability chart", self.reason)]
-        limit = f"{1e3 * self.limit:.4f} mm ± {1e3 * (self.limit_error or 0.0):.1e}" if np.isfinite(self.limit) else "none"
+        limit = f"{limit_text(1e3 * self.limit, 1e3 * (self.limit_error or 0.0))} mm" if np.isfinite(self.limit) else "none"
         return [("largest multiplier", f"{self.multiplier:.5f} a period (stable below 1)"), ("stability limit", limit),
                 ("stability chart", "stable" if self.stable else "unstable")]
 
