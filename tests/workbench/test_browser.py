@@ -267,9 +267,16 @@ def test_words_are_complete_in_english_and_german(demo, serve, tab):
     page = tab(serve(demo).address, locale="de-DE")
     ready(page, "project")
     assert page.evaluate("document.documentElement.lang") == "de" and "Projekt rechnen" in page.inner_text("main")
-    # What the package says is English, and the page says so, to screen readers too.
+    # What the package says is German where the catalogue has all of it; else English, and marked so for screen readers.
     assert "englischer Sprache" in page.inner_text("#wb-foot")
-    assert page.evaluate("[...document.querySelectorAll('.answer, .wb-doubts li')].every((node) => node.lang === 'en')")
+    assert "95-%-Intervall" in page.inner_text(".answer") and "7.95 mm" in page.inner_text(".answer")
+    for view in page.evaluate("window.Workbench.known"):
+        page.evaluate(f"location.hash = '#/{view}'")
+        ready(page, view)
+        spoken = page.evaluate("[...document.querySelectorAll('.answer, .wb-doubts li')].map((n) => [n.lang, n.innerText])")
+        assert [text for language, text in spoken if language != "de"] == [], view
+    unknown = page.evaluate("window.Workbench.spoken('hinges: squeak at 3 Hz; oil them')")
+    assert unknown == {"text": "hinges: squeak at 3 Hz; oil them", "lang": "en"}
 
 
 def test_a_written_folder_opens_without_a_server(demo, tab, tmp_path):

@@ -27,6 +27,7 @@ from toolpoint.machine.pose.placement import place_machine
 from toolpoint.studies.machines.pose_words import pose_words
 from toolpoint.studies.machines.reduced_limits import question_reduction
 from toolpoint.studies.machines.tool_point import ToolPoint, lobes, lowest_limits, pose_problem, tool_point
+from toolpoint.studies.machines.tool_seat import question_tool_seat
 from toolpoint.studies.machines.tool_yielding import compliance_shares, yielding_sentence
 from toolpoint.studies.text_table import text_table
 
@@ -56,8 +57,9 @@ class MachineReport(NotebookText):
         """Return the modes, where values come from, and the stability limits, as text."""
         header, rows = comparison(self)
         texts = [[_text(value, name) for value, name in zip(row, header, strict=True)] for row in rows]
-        return "\n".join([text_table(self.machine.name, header, texts), *_sources(self.machine), *self.gaps,
-                          *mark_notes(self.notes),
+        doubts = doubts_among(self.notes)
+        return "\n".join([*mark_notes(doubts), text_table(self.machine.name, header, texts), *_sources(self.machine),
+                          *self.gaps, *mark_notes(note for note in self.notes if note not in doubts),
                           *(self.study.leaning() if self.study else []),
                           *filter(None, [yielding_sentence(self.yielding)]), *self.limit_lines()])
 
@@ -148,7 +150,7 @@ def study_machine(machine: Machine, pose: Pose | None = None, *, step: Step = la
         charts = lobes(study, method=method)
         lowest = lowest_limits(study, charts, method=method)
         charts, lowest, reduction_notes = _with_reduction(study, description.cutting, charts, lowest=lowest)
-        notes += reduction_notes
+        notes = [*question_tool_seat(machine), *notes, *reduction_notes]
     elif study is not None:
         gaps.append("No stability lobes: the machine file describes no 'cutting'.")
     return MachineReport(machine, chosen_pose, frequency, study, charts, tuple(gaps), lowest, tuple(notes),

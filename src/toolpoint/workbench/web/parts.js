@@ -43,7 +43,7 @@ window.Workbench = window.Workbench || { views: {} };
 
   // The head of a view: its answer in a sentence, then what must be known before it is believed.
   W.head = function (view, title) {
-    const answer = W.make("p", { class: "answer" + (view.is_stale ? " wb-old" : ""), text: view.answer, lang: "en", "aria-live": "polite" }); // the package speaks English whatever the labels are
+    const answer = W.make("p", { class: "answer" + (view.is_stale ? " wb-old" : ""), ...W.spoken(view.answer), "aria-live": "polite" });
     return [W.make("h1", { text: title, tabindex: "-1" }), answer, W.doubts(view.doubts, 2)];
   };
 
@@ -51,7 +51,7 @@ window.Workbench = window.Workbench || { views: {} };
   W.doubts = function (doubts, level = 3) { // of the heading, for who hears the page
     const block = W.make("div", { class: "notes warning wb-doubts" });
     if (!doubts.length) { block.hidden = true; return block; }
-    const lines = doubts.map((doubt) => W.make("li", { class: doubt.grave ? "wb-grave" : null, lang: "en", text: doubt.text || doubt }));
+    const lines = doubts.map((doubt) => W.make("li", { class: doubt.grave ? "wb-grave" : null, ...W.spoken(doubt.text || doubt) }));
     block.append(W.make("h3", { text: W.word("doubts"), "aria-level": level }), W.make("ul", {}, lines.slice(0, SHOWN_DOUBTS)));
     if (lines.length > SHOWN_DOUBTS)
       block.append(W.make("details", { class: "wb-more" }, W.make("summary", { text: W.word("more", { n: lines.length - SHOWN_DOUBTS }) }),
