@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
+from toolpoint._rounding import plain_numbers
+
 UNKNOWN = float("nan")
 DOUBT_MARK = "doubt: "  # how a line begins that is a doubt
 
@@ -33,6 +35,7 @@ class Doubt(str):
     grave: bool
 
     def __new__(cls, what: str, why: str, remedy: str = "", *, figure: float = UNKNOWN, grave: bool = False) -> Doubt:
+        what, why, remedy = plain_numbers(what), plain_numbers(why), plain_numbers(remedy)
         doubt = super().__new__(cls, f"{what}: {why}; {remedy}" if remedy else f"{what}: {why}")
         vars(doubt).update(what=what, why=why, remedy=remedy, figure=figure, grave=grave)
         return doubt
@@ -66,7 +69,7 @@ def place_note(note: str, part: str) -> str:
 
 def mark_notes(notes: Iterable[str], other: str = "") -> list[str]:
     """Return notes as lines for a person: doubts begin with ``doubt:``, the others with `other`."""
-    return [f"{DOUBT_MARK}{note}" if isinstance(note, Doubt) else f"{other}{note}" for note in notes]
+    return [f"{DOUBT_MARK}{note}" if isinstance(note, Doubt) else f"{other}{plain_numbers(note)}" for note in notes]
 
 
 def read_marked(lines: Iterable[str]) -> list[str]:

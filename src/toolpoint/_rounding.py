@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import math
+import re
 
 DIGITS = 4
-_SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+MIN_PRINTED_ERROR_RATIO = 5e-3  # of a limit: numerical errors below it move none of its three digits by more than one
+PLAIN_EXPONENTS = range(-4, 6)  # powers of ten that a person reads as digits: 14000, not 1.4e+04
+_POWER = re.compile(r"(?<![\w.])(\d(?:\.\d+)?)e([+-]\d\d)(?![\w.]\w)")
+SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
 def number_text(value: float, uncertainty: float | None = None, digits: int = DIGITS) -> str:
@@ -29,6 +33,19 @@ def text_below(value: float, digits: int = 3) -> str:
     return number_text(math.floor(value / step * (1 + 1e-12)) * step, digits=digits)
 
 
+def limit_text(value: float, error: float = 0.0, digits: int = 3) -> str:
+    """Return a limit with its numerical error: rounded down where the error is below 5 in a thousand, else both."""
+    return text_below(value - error, digits) if error < MIN_PRINTED_ERROR_RATIO * value else with_uncertainty(value, error)
+
+
+def plain_numbers(sentence: str) -> str:
+    """Return a sentence whose numbers stand as digits where their power of ten is small: ``1.4e+04 times`` as 14000 times."""
+    def spell(match: re.Match[str]) -> str:
+        power, digits = int(match[2]), len(match[1].replace(".", ""))
+        return f"{float(match[0]):.{max(digits - 1 - power, 0)}f}" if power in PLAIN_EXPONENTS else match[0]
+    return _POWER.sub(spell, sentence) if "e" in sentence else sentence
+
+
 def with_uncertainty(value: float, uncertainty: float | None, unit: str = "") -> str:
     """Return ``922.4 ± 0.6 Hz``, both to the same decimal; an uncertainty that is not finite is said to be unknown."""
     tail = f" {unit}" if unit else ""
@@ -41,7 +58,7 @@ def with_uncertainty(value: float, uncertainty: float | None, unit: str = "") ->
         power = 3 * math.floor(math.log10(size) / 3)
         scale = 10.0**power
         both = f"{number_text(value / scale, uncertainty / scale)} ± {uncertainty_text(uncertainty / scale)}"
-        return f"({both})×10{str(power).translate(_SUPERSCRIPT)}{tail}"
+        return f"({both})×10{str(power).translate(SUPERSCRIPT)}{tail}"
     return f"{number_text(value, uncertainty)} ± {uncertainty_text(uncertainty)}{tail}"
 
 

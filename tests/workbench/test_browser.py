@@ -219,6 +219,27 @@ def test_no_view_asks_another_host_overflows_a_phone_is_faint_or_fails(demo, ser
         assert page.errors == [] and all(url.startswith(own) for url in page.requests)
 
 
+def reading_faults(page: Any) -> list[str]:
+    """Return what a screen reader would hear wrongly, by the browser's own tree, in the order of reading."""
+    nodes = page.context.new_cdp_session(page).send("Accessibility.getFullAXTree")["nodes"]
+    faults, level = [], 0
+    for node in (node for node in nodes if not node["ignored"]):
+        role, name = node["role"]["value"], node.get("name", {}).get("value", "")
+        if role in ("button", "link", "slider", "textbox", "combobox", "checkbox", "image", "table", "region", "navigation",
+                    "application") and not name.strip():
+            faults.append(f"{role} without a name")
+    for heading in page.evaluate("""() => [...document.querySelectorAll('h1, h2, h3, h4')]
+          .filter((node) => node.checkVisibility())
+          .map((node) => [Number(node.getAttribute('aria-level') || node.tagName[1]), node.textContent])"""):
+        faults += [f"heading {heading} leaves a level out"] if heading[0] > level + 1 else []
+        level = heading[0]
+    # A slider's own number is a logarithm or SI: it speaks the words of its field.
+    faults += page.evaluate("""() => [...document.querySelectorAll('.wb-slider')].filter((row) =>
+          row.querySelector('input[type=range]').getAttribute('aria-valuetext') !== row.querySelector('.wb-value').value)
+          .map((row) => `slider ${row.textContent} says another value than its field`)""")
+    return faults if page.evaluate("document.querySelector('.answer').ariaLive") == "polite" else [*faults, "a silent answer"]
+
+
 def test_every_control_has_a_name_and_the_keyboard_reaches_it(demo, serve, tab):
     page = tab(serve(demo).address)
     ready(page, "project")
@@ -230,6 +251,7 @@ def test_every_control_has_a_name_and_the_keyboard_reaches_it(demo, serve, tab):
             || node.labels?.[0]?.textContent)).map((node) => node.outerHTML.slice(0, 120))""")
         assert nameless == [], view
         assert page.evaluate("document.querySelectorAll('h1').length") == 1
+        assert reading_faults(page) == [], view
         # Every control that can be pressed is on the way of the tabulator, and none holds it.
         asked = page.evaluate("""() => [...document.querySelectorAll('#view button, #view input, #view select, #view summary')]
           .filter((node) => !node.disabled && node.checkVisibility({ visibilityProperty: true })
@@ -245,9 +267,16 @@ def test_words_are_complete_in_english_and_german(demo, serve, tab):
     page = tab(serve(demo).address, locale="de-DE")
     ready(page, "project")
     assert page.evaluate("document.documentElement.lang") == "de" and "Projekt rechnen" in page.inner_text("main")
-    # What the package says is English, and the page says so, to screen readers too.
+    # What the package says is German where the catalogue has all of it; else English, and marked so for screen readers.
     assert "englischer Sprache" in page.inner_text("#wb-foot")
-    assert page.evaluate("[...document.querySelectorAll('.answer, .wb-doubts li')].every((node) => node.lang === 'en')")
+    assert "95-%-Intervall" in page.inner_text(".answer") and "7.95 mm" in page.inner_text(".answer")
+    for view in page.evaluate("window.Workbench.known"):
+        page.evaluate(f"location.hash = '#/{view}'")
+        ready(page, view)
+        spoken = page.evaluate("[...document.querySelectorAll('.answer, .wb-doubts li')].map((n) => [n.lang, n.innerText])")
+        assert [text for language, text in spoken if language != "de"] == [], view
+    unknown = page.evaluate("window.Workbench.spoken('hinges: squeak at 3 Hz; oil them')")
+    assert unknown == {"text": "hinges: squeak at 3 Hz; oil them", "lang": "en"}
 
 
 def test_a_written_folder_opens_without_a_server(demo, tab, tmp_path):

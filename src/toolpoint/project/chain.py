@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import glob
+import posixpath
 import shlex
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
-from pathlib import Path
+from dataclasses import dataclass, fields, replace
+from pathlib import Path, PurePosixPath
 from typing import Any
 
 from toolpoint import io
 from toolpoint._check import ToolpointError
 from toolpoint.cutting.description import flat_values
+from toolpoint.io.yaml.named_files import list_named_files
 from toolpoint.machine.description.project_plan import (
     STRUCTURE,
     TIP_X,
@@ -69,8 +71,19 @@ class _ChainBuilder:
              outputs: tuple[str, ...], words: str, command: Sequence[str] = ()) -> str:
         """Add a step; return the place of its first output."""
         command_text = shlex.join(["toolpoint", *command]) if command else ""
-        self._steps.append(ProjectStep(name, work, inputs, options, outputs, STEP_VERSIONS[kind], words, command_text))
+        step = ProjectStep(name, work, inputs, options, outputs, STEP_VERSIONS[kind], words, command_text)
+        self._steps.append(replace(step, named_files=self._named_files(step)))
         return result_path(name, outputs[0])
+
+    def _named_files(self, step: ProjectStep) -> tuple[str, ...]:
+        """Return the files that the inputs of a step name (a mesh, matrices), and those of the steps that made its inputs."""
+        names: list[str] = []
+        for path in step.input_paths:
+            makers = [earlier.named_files for earlier in self._steps if path in earlier.output_paths]
+            folder = PurePosixPath(path).parent
+            names += makers[0] if makers else [posixpath.normpath(str(folder / name.replace("\\", "/")))
+                                               for name in list_named_files(self.root / path)]
+        return tuple(dict.fromkeys(names))
 
     def _modes_of(self, name: str, test: ProjectTest) -> str | None:
         """Add the steps from a test to its modes; return their place, None for a test of a tip."""

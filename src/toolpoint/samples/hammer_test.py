@@ -20,6 +20,14 @@ _PARTS = {"base": (6354, (0, 1.282, -0.679), (1.161, 1.821, 0.81), ("base", "sad
          "column": (2805, (0, 1.869, 0.355), (0.94, 0.99, 2.469), ("column", "head")),
          "magazine": (300, (-0.553, 1.89, 1.265), (0.831, 0.92, 0.932), ("magazine",))}
 
+# Where the tool is and what it is against, as the tester measured it with a tape.
+_TOOL_AND_TABLE = """points:
+  tip: {body: column, at: [0, 0.75, 0.25]}
+  work: {body: base, at: [0, 0.75, 0]}
+tool: tip
+table: work
+"""
+
 
 def write(folder: Path) -> tuple[list[str], list[str]]:
     """Write a record a point, the points' places and the components; return what was put in, and the commands."""
@@ -46,7 +54,7 @@ def write(folder: Path) -> tuple[list[str], list[str]]:
         "toolpoint frf records/*.uff --save test.h5",
         "toolpoint identify test.h5 --geometry points.csv -m modes.h5",
         "toolpoint joints test.h5 --geometry points.csv --components parts.yaml --machine found.yaml",
-        "toolpoint check found.yaml"]
+        "toolpoint check found.yaml", "toolpoint report found.yaml", "toolpoint next-test found.yaml"]
 
 
 def template_machine(name: str = "three-axis-vertical") -> Machine:
@@ -68,4 +76,4 @@ def _components(points: MeasuringPoints) -> str:
         ridden = [point for point, (body, _) in points.places.items() if body in bodies]
         lines += [f"  {name}:", f"    points: {ridden}",
                   f"    body: {{mass: {mass} kg, centre: {list(centre)}, shape: {{kind: box, size: {list(size)}}}}}"]
-    return "\n".join(lines) + "\n"
+    return "\n".join([*lines, _TOOL_AND_TABLE])

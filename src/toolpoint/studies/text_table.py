@@ -6,11 +6,14 @@ import textwrap
 from collections.abc import Sequence
 from itertools import zip_longest
 
+from toolpoint._rounding import plain_numbers
+
 MAX_WORD_COLUMN_WIDTH = 48  # characters, before cells of words are broken into lines
 
 
 def text_table(title: str, header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     """Return a table as lines of text; the first column and columns of words are aligned left, numbers right."""
+    rows = [[plain_numbers(cell) for cell in row] for row in rows]
     columns = [[name, *(row[k] for row in rows)] for k, name in enumerate(header)]
     is_left = [k == 0 or _is_words(column[1:]) for k, column in enumerate(columns)]
     lines = [line for row in rows for line in zip_longest(

@@ -18,7 +18,7 @@ from toolpoint.workbench.state.desk import Desk
 from toolpoint.workbench.state.machine_request import MachineRequest
 from toolpoint.workbench.views import catalogue
 from toolpoint.workbench.views.pages_view import page_text, pages_of
-from toolpoint.workbench.web.assets import LANGUAGES, SCRIPT_BUNDLE, STYLE_BUNDLE, index_page, web_file
+from toolpoint.workbench.web.assets import LANGUAGES, SCRIPT_BUNDLE, SENTENCES, STYLE_BUNDLE, index_page, web_file
 
 EXPORTED_FACTORS = (0.25, 0.5, 1 / np.sqrt(2), 1.0, np.sqrt(2), 2.0, 4.0)  # of every spring, one at a time
 EXPORTED_POSITIONS = 5  # along every axis, one at a time
@@ -72,7 +72,8 @@ def _content(desk: Desk, draft: Path, progress: Progress) -> dict[str, Any]:
     pages = _write_pages(desk, draft, progress)
     states = _machine_states(desk, views["machine"]["data"], progress) if "machine" in views else []
     limits = _limit_states(desk, views["lobes"]["data"], progress) if "lobes" in views else []
-    return {"words": {f"words_{language}.json": json.loads(web_file(f"words_{language}.json")) for language in LANGUAGES},
+    texts = (SENTENCES, *(f"words_{language}.json" for language in LANGUAGES))
+    return {"words": {name: json.loads(web_file(name)) for name in texts},
             "list": listed, "views": views, "states": states, "limits": limits, "pages": pages}
 
 

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 from toolpoint import cutting, io, pages, project, studies
 from toolpoint import machine as machines
 from toolpoint._check import fail, one_of
+from toolpoint._doubt import mark_notes
 from toolpoint.app.declare import Argument, Help, command
 from toolpoint.app.frame import Frame
 
@@ -65,7 +66,8 @@ def run_machining_centre(run: Frame) -> None:
     run.save(pages.demo_page, casting, drives, [(name, _machine_text(name)) for name in (CASTING_FILE, DRIVE_FILE)],
              warnings=run.warnings)
     size, frequency = drives.machine.size, drives.frequency
-    run.show_text(casting.table(), f"With feed drives: {size} degrees of freedom, {frequency[0]:.2f} .. {frequency[-1]:.1f} Hz",
+    run.show_text(*mark_notes(drives.to_dict()["doubts"]), casting.table(),
+                  f"With feed drives: {size} degrees of freedom, {frequency[0]:.2f} .. {frequency[-1]:.1f} Hz",
                   *drives.limit_lines())
 
 

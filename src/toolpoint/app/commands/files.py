@@ -59,9 +59,8 @@ def samples(run: Frame, kind: Annotated[str, Argument()] = "", folder: Annotated
     if listed or not kind:
         width = max(map(len, sample_kinds.KINDS))
         run.show_text(*(f"{name:{width}}  {words}" for name, words in sample_kinds.KINDS.items()))
-        if listed:
-            return
-        raise ToolpointError(f"samples: no kind; must be one of {', '.join(sample_kinds.KINDS)}")
+        run.suggest("samples KIND")
+        return
     result = sample_kinds.write_samples(kind, folder)
     if run.as_json:
         run.show_json(result.to_dict())

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from toolpoint._rounding import number_text, text_below
+from toolpoint._rounding import limit_text, number_text, text_below
 from toolpoint.cutting.build import words
 from toolpoint.cutting.description import ProcessDampingDescription
 from toolpoint.machine import Machine
@@ -49,12 +49,13 @@ def _answer(result: ChatterMap) -> str:
     best_speed = int(np.argmax(np.minimum(result.everywhere, np.nanmin(result.depth_max))))
     deepest = float(result.everywhere[best_speed])
     speed_text = f"mm at {result.speeds[best_speed]:.0f} rev/min"
-    best = (f"{number_text(1e3 * deepest, digits=3)} {speed_text}" if np.isfinite(deepest) else
+    best = (f"{text_below(1e3 * deepest)} {speed_text}" if np.isfinite(deepest) else
             f"no limit to {number_text(1e3 * float(np.nanmin(result.depth_max)), digits=3)} {speed_text}")
     if not np.isfinite(worst_limit.depth):
         return "No limit was found at any pose."
-    return (f"{text_below(1e3 * worst_limit.depth)} mm is stable at every pose, feed direction and charted speed; "
-            f"worst is {pose_words(worst_limit.pose, result.angles)}, feed at {angle_words(worst_limit.feed_angle)}, "
+    depth = limit_text(1e3 * worst_limit.depth, 1e3 * worst_limit.error)
+    return (f"{depth} mm is stable at every pose, feed direction and charted speed; worst is "
+            f"{pose_words(worst_limit.pose, result.angles)}, feed at {angle_words(worst_limit.feed_angle)}, "
             f"{worst_limit.speed:.0f} rev/min, where chatter begins at {worst_limit.frequency:.0f} Hz. The speed that is best "
             f"everywhere allows {best}.")
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+from toolpoint._doubt import doubts_among
 from toolpoint.pages.machines.frequency_map import map_page
 from toolpoint.pages.machines.machine import answer, machine_page, with_responses
 from toolpoint.plot import Listing, Notes, Report, ShapeView
@@ -64,8 +65,9 @@ def demo_page(casting: MachineReport, drives: MachineReport, files: Sequence[tup
     (casting_name, casting_text), (drives_name, drives_text) = files
     page = machine_page(casting, casting_text, casting_name)
     first_sentence, drives_words = answer(casting).partition(". ")[0], answer(drives)
-    page = replace(page, summary=f"{first_sentence} as a casting alone. With its feed drives {drives_words[0].lower()}"
-                                 f"{drives_words[1:]}\n\n{casting.machine.description.description}")
+    summary = (f"{first_sentence} as a casting alone. With its feed drives {drives_words[0].lower()}{drives_words[1:]}\n\n"
+               f"{casting.machine.description.description}")
+    page = replace(page.with_doubts(*doubts_among(drives.notes)), summary=summary)
     inputs, page = page.sections[-1], replace(page, sections=page.sections[:-1])
     scene, shapes = machine_shapes(drives.machine, {}, 18)
     page = page.with_section(

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from toolpoint._doubt import Doubt, doubts_among
-from toolpoint._rounding import number_text, text_below
+from toolpoint._rounding import number_text
 from toolpoint.cutting import StabilityChart, build
 from toolpoint.cutting.stability.lowest import LowestLimit
 from toolpoint.machine import Machine
@@ -17,7 +17,7 @@ from toolpoint.plot import Cell, Chart, Listing, Notes, Report, ShapeView, Table
 from toolpoint.plot.figures.cuts.lobes import StabilityCurve, stability_chart
 from toolpoint.plot.figures.measured.frf import bode
 from toolpoint.plot.shape_view.machine_scene import machine_shapes
-from toolpoint.studies.machines.machine_report import MachineReport, comparison
+from toolpoint.studies.machines.machine_report import MachineReport, comparison, depth_at_every_speed
 from toolpoint.studies.machines.pose_words import pose_words
 from toolpoint.studies.machines.tool_point import ToolPoint
 from toolpoint.studies.machines.tool_yielding import yielding_sentence
@@ -75,7 +75,7 @@ def answer(result: MachineReport) -> str:
     finite = [limit for limit in result.lowest if np.isfinite(limit.depth)]
     if finite:
         lowest = min(finite, key=lambda limit: limit.depth)
-        words += (f". In the cut of the file {text_below(1e3 * (lowest.depth - lowest.error))} mm is stable at every charted "
+        words += (f". In the cut of the file {depth_at_every_speed(lowest)} is stable at every charted "
                   f"speed and pose (least at {lowest.speed:.0f} rev/min)")
     return words + ". Computed from the numbers of the file, without an interval."
 
@@ -135,17 +135,15 @@ def lobe_parts(result: MachineReport) -> list[Chart | Table | str]:
     depth_top = None if finite else max(chart.depth_max for chart in result.charts)
     return [words, Chart(stability_chart(curves, max_depth=depth_top)),
             Table(["pose", "lowest limit, mm", "chatter, Hz", "at rev/min"], rows,
-                  "Depth that is stable at every speed of the chart, also between its lines; ± is the numerical error and "
-                  "that of reduced elastic bodies, printed as a thousandth of the depth where it is less")]
+                  "Depth that is stable at every speed of the chart, also between its lines, rounded down; ± is the numerical "
+                  "error and that of reduced elastic bodies, printed where it is above half a per cent")]
 
 
 def _lowest(limit: LowestLimit, chart: StabilityChart) -> list[object]:
     """Return the lowest limit (mm), its chatter frequency (Hz) and its speed (rev/min) as cells."""
     if not np.isfinite(limit.depth):
         return [f"above {1e3 * chart.depth_max:.3g}", "", ""]
-    # Digits below a thousandth of a depth say nothing of a machine: the printed error is at least that.
-    return [Cell(1e3 * limit.depth, uncertainty=1e3 * max(limit.error, 1e-3 * limit.depth)), f"{limit.frequency:.0f}",
-            round(limit.speed)]
+    return [depth_at_every_speed(limit).removesuffix(" mm"), f"{limit.frequency:.0f}", round(limit.speed)]
 
 
 def _method_notes(result: MachineReport) -> list[str]:

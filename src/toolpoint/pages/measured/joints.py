@@ -40,11 +40,11 @@ def joints_page(result: JointStudy, warnings: Sequence[str] = ()) -> Report:
     scene = with_hulls(Scene.of_points(geometry.points, geometry.lines, components=components.points))
     steps = result.steps()
     report = report.with_section(
-        "The source's steps", Table(HEADER_OF_STEPS, [row for step in steps for row in step.rows()],
+        "Axes mode by mode", Table(HEADER_OF_STEPS, [row for step in steps for row in step.rows()],
                                     "Each component against the one before it, whose motion is undone; axes by perpendicular "
                                     "bisectors; the last column has those of the motion as it was measured"),
-        "Where a mode hardly turns a component its axis says little: in the source all axes count alike. The joints above "
-        "weigh every mode by its uncertainty.", *_compensated_view(result, scene, steps))
+        "Where a mode hardly turns a component its axis says little; perpendicular bisectors count all axes alike. The joints "
+        "above weigh every mode by its uncertainty.", *_compensated_view(result, scene, steps))
     shapes = AnimatedShapes.from_modes(result.modes, geometry.points)
     report = report.with_section("Measured mode shapes", ShapeView(scene, shapes, "measured", caption=HULL_WORDS))
     report = report.with_assumptions(

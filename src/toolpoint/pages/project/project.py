@@ -33,7 +33,7 @@ def project_page(result: ProjectResults, warnings: Sequence[str] = ()) -> Report
     if data["contours"]:
         rows = [[name, f"{1e6 * goal['deviation_m']:.3g}", f"{1e6 * goal['goal_m']:.3g}", "yes" if goal["met"] else "no"]
                 for name, goal in data["contours"].items()]
-        report = report.with_section("Contours", Table(["circle", "deviation um", "goal um", "met"], rows))
+        report = report.with_section("Contours", Table(["circle", "deviation, um", "goal, um", "met"], rows))
     if data["changes"]:
         report = report.with_section("What to change", _changes(data["changes"]))
     if data["next"]:

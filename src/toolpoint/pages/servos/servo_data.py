@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import PurePath
 
 import numpy as np
 
@@ -10,6 +11,8 @@ from toolpoint.plot import Chart, Notes, Report, Table
 from toolpoint.plot.figures.servos.drives import friction_points
 from toolpoint.studies.servos.axis_findings import AxisFindings
 from toolpoint.studies.servos.servo_data import ServoData
+
+MIN_SCATTER_RATIO = 1e-9  # of the load: below it the scatter is rounding
 
 
 def servo_data_page(result: ServoData, *, warnings: Sequence[str] = ()) -> Report:
@@ -26,7 +29,7 @@ def servo_data_page(result: ServoData, *, warnings: Sequence[str] = ()) -> Repor
     >>> "25 1/s" in page.summary  # the gain that was put in
     True
     """
-    report = Report(f"Servo data: {result.source}", _answer(result)).with_doubts(*result.doubts(), *warnings)
+    report = Report(f"Servo data: {PurePath(result.source).name}", _answer(result)).with_doubts(*result.doubts(), *warnings)
     report = report.with_section("Result", Table(["axis", "quantity", "value"], result.rows()))
     for axis in result.axes:
         if axis.runs.velocity.size:
@@ -54,7 +57,8 @@ def _runs(axis: AxisFindings) -> Table:
     """Return load, scatter and following error of every constant speed."""
     factor, unit = (180 / np.pi, "°") if axis.unit == "rad" else (1e3, "mm")
     runs = axis.runs
-    rows = [[f"{factor * v:.5g}", f"{t:.3g}", f"{i:.4g}", f"{s:.2g}", f"{factor * e:.6g}"] for v, t, i, s, e in
+    rows = [[f"{factor * v:.5g}", f"{t:.3g}", f"{i:.4g}", f"{s:.2g}" if s > MIN_SCATTER_RATIO * abs(i) else "none",
+             f"{factor * e:.6g}"] for v, t, i, s, e in
             zip(runs.velocity, runs.duration, runs.current, runs.scatter, runs.following_error, strict=True)]
     heads = [f"speed, {unit}/s", "duration, s", f"load, {axis.force_unit or '-'}", "scatter", f"following error, {unit}"]
     return Table(heads, rows)

@@ -18,8 +18,8 @@
       this.said = make("p", { "aria-live": "polite" });
       const undo = make("button", { type: "button", text: "As it was" });
       undo.addEventListener("click", () => { this.added = data.added.map((p) => ({ ...p })); this.removed = [...data.removed]; this.show("As it was."); });
-      root.replaceChildren(this.lists, this.said, undo, make("h4", { text: "The command" }), this.command,
-        make("h4", { text: "or, with --choice choice.yaml, this file" }), this.file);
+      root.replaceChildren(this.lists, this.said, undo, make("h4", { "aria-level": "3", text: "The command" }), this.command,
+        make("h4", { "aria-level": "3", text: "or, with --choice choice.yaml, this file" }), this.file);
       this.show("");
     }
 

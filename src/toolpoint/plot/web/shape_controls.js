@@ -107,8 +107,8 @@ window.ToolpointControls = (function () {
     select.addEventListener("change", () => {
       view.colouring = Number(select.value); view.legend.hidden = view.colouring === 2; view.touch();
     });
-    if (view.still) { view.side.append(make("h4", { text: "View" }), looks); return; }
-    view.side.append(make("h4", { text: "View" }), looks,
+    if (view.still) { view.side.append(make("h4", { "aria-level": "3", text: "View" }), looks); return; }
+    view.side.append(make("h4", { "aria-level": "3", text: "View" }), looks,
       make("label", { class: "tp-select" }, make("span", { text: "Colour" }), select),
       tick("Undeformed outline", view.ghost, (on) => { view.ghost = on; view.touch(); }));
     const names = [...new Set(view.panes.flatMap((pane) => pane.bodies))];
@@ -118,7 +118,7 @@ window.ToolpointControls = (function () {
       on ? view.hidden.delete(name) : view.hidden.add(name);
       view.panes.forEach((_, k) => view.elements(k)); view.touch();
     }));
-    view.bar.after(make("div", { class: "tp-below" }, make("h4", { text: "Bodies" }), list));
+    view.bar.after(make("div", { class: "tp-below" }, make("h4", { "aria-level": "3", text: "Bodies" }), list));
   }
 
   function overlays(view) {

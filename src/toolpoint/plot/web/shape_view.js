@@ -122,7 +122,7 @@
         list.append(button);
         return button;
       });
-      if (!this.still) this.side.append(make("h4", { text: "Modes" }), list);
+      if (!this.still) this.side.append(make("h4", { "aria-level": "3", text: "Modes" }), list);
     }
 
     refuse(reason) {

@@ -50,6 +50,8 @@ class ProjectStep:
         outputs.
     inputs : mapping of names to paths
         Files of the user or outputs of other steps, relative to the project; several of one input as a tuple.
+    named_files : paths
+        Files that inputs name in turn, relative to the project: part of the key, no argument of the work.
     options : mapping of names to plain data
         SI; numbers are rounded to 12 digits before the key is made and the work is called.
     outputs : names of files that the work writes
@@ -70,6 +72,7 @@ class ProjectStep:
     version: int = 1
     words: str = ""
     command: str = ""
+    named_files: tuple[str, ...] = ()
 
     @property
     def place(self) -> str:
@@ -83,9 +86,9 @@ class ProjectStep:
 
     @property
     def input_paths(self) -> tuple[str, ...]:
-        """All inputs, relative to the project, each once."""
+        """All inputs and what they name, relative to the project, each once."""
         paths = [path for entry in self.inputs.values() for path in ((entry,) if isinstance(entry, str) else entry)]
-        return tuple(dict.fromkeys(paths))
+        return tuple(dict.fromkeys([*paths, *self.named_files]))
 
     def arguments(self, root: Path) -> dict[str, Any]:
         """Return what the work is called with, but for its folder: paths of inputs, options."""

@@ -11,6 +11,7 @@ import numpy as np
 from toolpoint._check import FloatArray, fail
 from toolpoint._doubt import Doubt, doubts_among, mark_notes
 from toolpoint._notebook import NotebookText
+from toolpoint._rounding import limit_text, text_below
 from toolpoint.cutting.description import CuttingDescription
 from toolpoint.cutting.stability.result import DOUBTFUL_ERROR_FRACTION
 from toolpoint.studies.cuts.limit_spread import LimitSpread
@@ -38,8 +39,7 @@ class WorstCut:
     def __str__(self) -> str:
         if not np.isfinite(self.depth):
             return "no limit was found below the depths looked at"
-        error = f" ± {1e3 * self.error:.2g}" if self.error > 0 else ""
-        return (f"{1e3 * self.depth:.4f}{error} mm at {pose_words(self.pose, self.angles)}, "
+        return (f"{limit_text(1e3 * self.depth, 1e3 * self.error)} mm at {pose_words(self.pose, self.angles)}, "
                 f"feed at {angle_words(self.feed_angle)}, {self.speed:.0f} rev/min (chatter at {self.frequency:.1f} Hz)")
 
 
@@ -194,8 +194,8 @@ def pose_words(pose: Mapping[str, float], angles: Sequence[str] = ()) -> str:
 
 
 def depth_words(value: float, depth_max: float) -> str:
-    """Return a depth in mm; "above" the largest searched depth where there is no limit."""
-    return f"{1e3 * value:.4f}" if np.isfinite(value) else f"above {1e3 * depth_max:.3g}"
+    """Return a depth in mm, rounded down to three digits; "above" the largest searched depth where there is no limit."""
+    return text_below(1e3 * value) if np.isfinite(value) else f"above {1e3 * depth_max:.3g}"
 
 
 def angle_words(angle: float) -> str:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from toolpoint._check import ToolpointError
-from toolpoint._rounding import DIGITS, text_below, with_uncertainty
+from toolpoint._rounding import limit_text
 from toolpoint.cutting import PanelArnoldi, stability
 from toolpoint.cutting.simulation.simulated_run import Simulation
 from toolpoint.studies.machines.tool_point import MAX_CHART_DEPTH, depth_limit
@@ -40,18 +40,10 @@ class CutStability:
         """Return rows (quantity, value)."""
         if self.multiplier is None or self.limit is None:
             return [("stability chart", self.reason)]
-        return [("largest multiplier", f"{self.multiplier:.5f} a period (stable below 1)"),
-                ("stability limit", self._limit_words()),
+        limit = (f"{limit_text(1e3 * self.limit, 1e3 * (self.limit_error or 0.0))} mm, by the numbers as given"
+                 if np.isfinite(self.limit) else "none")
+        return [("largest multiplier", f"{self.multiplier:.5f} a period (stable below 1)"), ("stability limit", limit),
                 ("stability chart", "stable" if self.stable else "unstable")]
-
-    def _limit_words(self) -> str:
-        """Return the limit: four digits, never above it, where its numerical error moves none of them, else with that error."""
-        if self.limit is None or not np.isfinite(self.limit):
-            return "none"
-        limit, error = 1e3 * self.limit, 1e3 * (self.limit_error or 0.0)
-        if error < 0.5 * 10.0**-DIGITS * limit:
-            return f"{text_below(limit - error, DIGITS)} mm (by the numbers given; their uncertainty is not in it)"
-        return f"{with_uncertainty(limit, error, 'mm')} (numerical error; the uncertainty of the numbers given is not in it)"
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain numbers; None where not known or infinite."""

@@ -11,7 +11,7 @@ import numpy as np
 from toolpoint._check import FloatArray
 from toolpoint._doubt import doubts_among, mark_notes, place_note
 from toolpoint._notebook import NotebookText
-from toolpoint._rounding import text_below, with_uncertainty
+from toolpoint._rounding import limit_text
 from toolpoint.cutting import StabilityChart
 from toolpoint.cutting.description import CuttingDescription
 from toolpoint.cutting.stability.lowest import LowestLimit
@@ -27,6 +27,7 @@ from toolpoint.machine.pose.placement import place_machine
 from toolpoint.studies.machines.pose_words import pose_words
 from toolpoint.studies.machines.reduced_limits import question_reduction
 from toolpoint.studies.machines.tool_point import ToolPoint, lobes, lowest_limits, pose_problem, tool_point
+from toolpoint.studies.machines.tool_seat import question_tool_seat
 from toolpoint.studies.machines.tool_yielding import compliance_shares, yielding_sentence
 from toolpoint.studies.text_table import text_table
 
@@ -56,8 +57,9 @@ class MachineReport(NotebookText):
         """Return the modes, where values come from, and the stability limits, as text."""
         header, rows = comparison(self)
         texts = [[_text(value, name) for value, name in zip(row, header, strict=True)] for row in rows]
-        return "\n".join([text_table(self.machine.name, header, texts), *_sources(self.machine), *self.gaps,
-                          *mark_notes(self.notes),
+        doubts = doubts_among(self.notes)
+        return "\n".join([*mark_notes(doubts), text_table(self.machine.name, header, texts), *_sources(self.machine),
+                          *self.gaps, *mark_notes(note for note in self.notes if note not in doubts),
                           *(self.study.leaning() if self.study else []),
                           *filter(None, [yielding_sentence(self.yielding)]), *self.limit_lines()])
 
@@ -65,7 +67,7 @@ class MachineReport(NotebookText):
         """Return a line on the depth that is stable at every speed of the chart, also between its lines, for every pose."""
         lines = []
         for pose, chart, lowest in zip(self.study.poses if self.study else (), self.charts, self.lowest, strict=False):
-            depth = (f"{_depth(lowest)} (least at {lowest.speed:.0f} rev/min)"
+            depth = (f"{depth_at_every_speed(lowest)} (least at {lowest.speed:.0f} rev/min)"
                      if np.isfinite(lowest.depth) else f"above {1e3 * chart.depth_max:.3g} mm")
             lines.append(f"Stable at every speed from {chart.speeds.min():.0f} to {chart.speeds.max():.0f} rev/min, "
                          f"{pose_words(self.machine, pose)}: {depth}")
@@ -80,12 +82,9 @@ class MachineReport(NotebookText):
             "tool_yielding_shares": dict(self.yielding), "limit_error_m": [limit.error for limit in self.lowest]}
 
 
-def _depth(lowest: LowestLimit) -> str:
-    """Return a limit in words: rounded down to four digits where its numerical error is below them, else with its error."""
-    # Four digits are printed where the error moves none of them; never more than is stable.
-    if lowest.error < 5e-4 * lowest.depth:
-        return f"{text_below(1e3 * (lowest.depth - lowest.error), 4)} mm"
-    return with_uncertainty(1e3 * lowest.depth, 1e3 * lowest.error, "mm")
+def depth_at_every_speed(lowest: LowestLimit) -> str:
+    """Return the depth that is stable at every speed in mm, as page and terminal both print it."""
+    return f"{limit_text(1e3 * lowest.depth, 1e3 * lowest.error)} mm"
 
 
 def study_modes(machine: Machine, pose: Pose | None = None) -> MachineReport:
@@ -151,7 +150,7 @@ def study_machine(machine: Machine, pose: Pose | None = None, *, step: Step = la
         charts = lobes(study, method=method)
         lowest = lowest_limits(study, charts, method=method)
         charts, lowest, reduction_notes = _with_reduction(study, description.cutting, charts, lowest=lowest)
-        notes += reduction_notes
+        notes = [*question_tool_seat(machine), *notes, *reduction_notes]
     elif study is not None:
         gaps.append("No stability lobes: the machine file describes no 'cutting'.")
     return MachineReport(machine, chosen_pose, frequency, study, charts, tuple(gaps), lowest, tuple(notes),

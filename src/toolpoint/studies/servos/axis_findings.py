@@ -97,7 +97,11 @@ def _finite_or_none(value: float) -> float | None:
 
 
 def _interval_words(interval: tuple[float, float]) -> str:
-    return f" ({interval[0]:.4g} to {interval[1]:.4g})" if np.isfinite(interval).all() else ""
+    """Return a 95 % interval in brackets, nothing where it is not known."""
+    if not np.isfinite(interval).all():
+        return ""
+    low, high = (f"{end:.4g}" for end in interval)
+    return f" ({low} to {high})" if low != high else " (its interval is within the last digit)"
 
 
 def judge_axis(record: AxisRecord, axis: str) -> AxisFindings | None:

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 from toolpoint import io
 from toolpoint._check import FileDoubt, ToolpointWarning
 from toolpoint._doubt import Doubt
+from toolpoint.io.yaml.named_files import list_named_files
 from toolpoint.project import Project
 from toolpoint.project.engine.content import MIN_STAMP_AGE_NS, ContentCache, file_digest
 from toolpoint.project.engine.outlook import StepOutlook
@@ -78,7 +79,9 @@ class Desk:
     def machine(self, file: Path) -> ReadMachine:
         """Return the machine of a file with the doubts that came with it."""
         with self.lock:
-            return _read_machine(str(file), self._digest(file))
+            own = self._digest(file)
+            named = [self._digest(path) for path in _named_files(file, own) if path.is_file()]
+            return _read_machine(str(file), " ".join([own, *named]))
 
     def _digest(self, file: Path) -> str:
         """Return the digest of a file; it is read again only where size, times or inode have changed."""
@@ -111,8 +114,14 @@ class Desk:
 
 
 @lru_cache(maxsize=KEPT_MACHINES)
+def _named_files(file: Path, digest: str) -> tuple[Path, ...]:
+    """Return the meshes and matrices that a machine file of this digest names."""
+    return tuple(file.parent / name for name in list_named_files(file))
+
+
+@lru_cache(maxsize=KEPT_MACHINES)
 def _read_machine(file: str, digest: str) -> ReadMachine:
-    """Read a machine file; the digest is part of the cache's key, so that a changed file is read anew."""
+    """Read a machine file; the digests of it and of what it names are part of the cache's key: what changed is read anew."""
     machine, doubts = collect_doubts(lambda: io.read_machine(file))
     return ReadMachine(machine, doubts, digest)
 

@@ -13,12 +13,14 @@ import numpy as np
 
 from toolpoint import io, pages, studies
 from toolpoint._check import ToolpointError, fail
+from toolpoint.io.yaml.named_files import list_named_files
 from toolpoint.project import Project
 from toolpoint.project.chain import choice_place
 from toolpoint.project.steps.measuring import identify_responses
 from toolpoint.project.steps.plain_files import read_json
 from toolpoint.workbench.state.desk import STATE_PLACE, Desk, collect_doubts
 from toolpoint.workbench.state.kept_files import keep_file
+from toolpoint.workbench.views.project_view import view_project
 from toolpoint.workbench.views.view import WorkbenchView, command_line
 
 MAP_POSITIONS, MAP_AXES = 9, 2  # positions along an axis, axes of a map
@@ -192,7 +194,8 @@ def page_text(desk: Desk, name: str) -> str:
     if name not in entries:
         fail("page", repr(name), f"must be one of {', '.join(entries) or 'none yet: run the project'}")
     page = entries[name]
-    digest = hashlib.sha256("\n".join([name, *map(_stamp, page.files)]).encode()).hexdigest()[:24]
+    files = [*page.files, *(file.parent / named for file in page.files for named in list_named_files(file))]
+    digest = hashlib.sha256("\n".join([name, *map(_stamp, files)]).encode()).hexdigest()[:24]
     kept = desk.folder / STATE_PLACE / "pages" / f"{digest}.html"
     if kept.is_file():
         return kept.read_text(encoding="utf-8")
@@ -221,10 +224,6 @@ def view_report(desk: Desk, page: str = "") -> WorkbenchView:
     if not entries:
         return WorkbenchView("report", "There is no page yet: run the project.", commands=(command_line("run", "."),))
     name = page if page in entries else next(iter(entries))
-    outlooks = desk.outlook(desk.project())
-    waiting = sum(not entry.is_of_today for entry in outlooks)
-    answer = f"{entries[name].title}."
-    if waiting:
-        answer = f"{answer} Of an earlier state: {waiting} of {len(outlooks)} steps must run."
-    return WorkbenchView("report", answer, (), (entries[name].command,), (), {
-        "pages": [{"name": key, "title": entry.title} for key, entry in entries.items()], "page": name}, waiting > 0)
+    whole = view_project(desk)  # a report begins with what the project answers, and with what speaks against it
+    return WorkbenchView("report", whole.answer, whole.doubts, (entries[name].command,), (), {
+        "pages": [{"name": key, "title": entry.title} for key, entry in entries.items()], "page": name}, whole.is_stale)

@@ -34,9 +34,10 @@ def view_project(desk: Desk) -> WorkbenchView:
     answers = [] if results is None else [typeset(answer) for answer in results["answers"]]
     doubts = [STALE_DOUBT] if answers and is_stale else []
     doubts += [] if results is None else _traced_doubts(results)
+    next_steps = [] if results is None else results["next_steps"]
     data = {"is_empty": False, "name": project.description.name, "answers": answers,
             "steps": [_step(entry) for entry in outlooks], "links": _links(project),
-            "absent_parts": list(project.chain.absent_parts), "next_steps": [] if results is None else results["next_steps"],
+            "absent_parts": [part for part in project.chain.absent_parts if part not in next_steps], "next_steps": next_steps,
             "goals": {} if results is None else results["goals"], "parts": describe_parts(project), "kinds": kinds_in_words(),
             "seconds_to_run": seconds_of(outlooks), "waiting": sum(not entry.is_of_today for entry in outlooks)}
     return WorkbenchView("project", _answer(project, answers, outlooks), tuple(doubts), (command_line("run", "."),),

@@ -14,6 +14,7 @@ SCRIPTS = ("words.js", "parts.js", "redraw.js", "connection.js", "line_chart.js"
 STYLES = ("workbench.css",)
 SCRIPT_BUNDLE, STYLE_BUNDLE = "bundle.js", "bundle.css"
 LANGUAGES = ("en", "de", "fr")
+SENTENCES = "sentences_de.json"  # what the package says, by templates with places for numbers: German as proof
 MEDIA_TYPES = {".js": "text/javascript; charset=utf-8", ".css": "text/css; charset=utf-8", ".html": "text/html; charset=utf-8",
                ".json": "application/json"}
 
@@ -29,7 +30,8 @@ def web_file(name: str) -> bytes:
         return b"\n".join(map(web_file, parts))
     if name in SHARED_ASSETS:
         return resources.files("toolpoint.plot.web").joinpath(name).read_bytes()
-    if name not in (*SCRIPTS, *STYLES, "index.html", "export.js", *(f"words_{language}.json" for language in LANGUAGES)):
+    if name not in (*SCRIPTS, *STYLES, "index.html", "export.js", SENTENCES,
+                    *(f"words_{language}.json" for language in LANGUAGES)):
         fail("file", repr(name), "is not one of the page")
     return resources.files("toolpoint.workbench.web").joinpath(name).read_bytes()
 

@@ -1,8 +1,9 @@
 "use strict";
-// Line chart in SVG: quick to draw anew while a slider moves, sharp in print, and read by a screen reader as its words.
+// Line chart in SVG: quick to draw anew while a slider moves, sharp in print. A screen reader hears its words with the ends of
+// each line; the arrow keys walk along it, Enter takes a place where a click does.
 window.Workbench = window.Workbench || { views: {} };
 (function (W) {
-  const SVG = "http://www.w3.org/2000/svg", MARGIN = { left: 58, right: 14, top: 12, bottom: 40 };
+  const SVG = "http://www.w3.org/2000/svg", MARGIN = { left: 58, right: 14, top: 12, bottom: 40 }, SAYING_DELAY = 400; // ms
   const svg = (tag, attributes, ...children) => {
     const node = document.createElementNS(SVG, tag);
     for (const [key, value] of Object.entries(attributes || {})) key === "text" ? node.textContent = value : node.setAttribute(key, value);
@@ -31,7 +32,8 @@ window.Workbench = window.Workbench || { views: {} };
     constructor(settings) {
       this.settings = { height: 300, ...settings };
       this.lines = []; this.bands = []; this.marks = []; this.range = {};
-      this.root = svg("svg", { class: "wb-chart", role: "img", tabindex: "0", "aria-label": settings.label || "" });
+      this.root = svg("svg", { class: "wb-chart", role: settings.onpick ? "application" : "img", tabindex: "0", "aria-label": settings.label || "" });
+      if (settings.onpick) this.root.setAttribute("aria-roledescription", W.word("chart")); // its arrow keys reach it
       this.readout = W.make("output", { class: "wb-readout", "aria-live": "off" });
       this.legend = W.make("div", { class: "wb-legend" });
       this.node = W.make("figure", { class: "wb-figure" }, this.legend, this.root, this.readout);
@@ -43,6 +45,39 @@ window.Workbench = window.Workbench || { views: {} };
         const [x, y] = this.place(event);
         settings.onpick(x, y);
       });
+      this.root.addEventListener("keydown", (event) => this.walk(event));
+    }
+
+    // The words of the chart, and where each line is least and greatest.
+    inWords() {
+      const ends = this.lines.filter((line) => line.name && line.y.length).map((line) => {
+        let low = 0, high = 0;
+        for (let i = 1; i < line.y.length; i++) {
+          if (line.y[i] < line.y[low]) low = i;
+          if (Number.isFinite(line.y[i]) && !(line.y[i] <= line.y[high])) high = i;
+        }
+        return W.word("chart.line", { name: line.name, low: W.number(line.y[low]), at: W.number(line.x[low]), high: W.number(line.y[high]), there: W.number(line.x[high]), unit: this.settings.x });
+      });
+      const marks = this.marks.filter((mark) => mark.name && Number.isFinite(mark.y)).map((mark) => `${mark.name}: ${W.number(mark.y)} (${this.settings.x} ${W.number(mark.x)})`);
+      return [this.words || this.settings.label || "", this.settings.y, ...ends, ...marks].filter(Boolean).join(". ");
+    }
+
+    walk(event) {
+      const steps = { ArrowLeft: -1, ArrowRight: 1, PageDown: -10, PageUp: 10 };
+      if (!this.sx) return;
+      const { low, high } = this.sx, first = this.mine ?? (this.marks.find((mark) => Number.isFinite(mark.x)) || { x: low }).x;
+      if (event.key in steps) this.mine = this.sx.back(this.sx(first) + steps[event.key] * (this.sx(high) - this.sx(low)) / 100);
+      else if (event.key === "Home") this.mine = low;
+      else if (event.key === "End") this.mine = high;
+      else if (event.key === "Enter" && this.settings.onpick) {
+        const line = this.lines.find((entry) => entry.x.length);
+        this.settings.onpick(first, line ? line.y[this.nearest(line, first)] : 0);
+        event.preventDefault(); return;
+      } else return;
+      event.preventDefault();
+      this.mine = Math.min(Math.max(this.mine, low), high);
+      this.readout.setAttribute("aria-live", "polite"); // a moving mouse would speak without end
+      this.read(this.mine);
     }
 
     // lines: {x, y, name, kind}; bands: {x, low, high, name}; marks: {x, y, name, kind, low, high}
@@ -51,7 +86,7 @@ window.Workbench = window.Workbench || { views: {} };
       if (bands) this.bands = bands;
       if (marks) this.marks = marks;
       if (range) this.range = range;
-      if (label) this.root.setAttribute("aria-label", label);
+      if (label) { this.words = label; this.root.setAttribute("aria-label", label); }
       this.draw();
     }
 
@@ -103,6 +138,8 @@ window.Workbench = window.Workbench || { views: {} };
       content.push(clip, this.hair);
       this.root.replaceChildren(...content);
       this.fillLegend();
+      clearTimeout(this.saying); // when the sliders rest
+      this.saying = setTimeout(() => this.root.setAttribute("aria-label", this.inWords()), SAYING_DELAY);
     }
 
     grid(xs, ys) {
@@ -178,11 +215,19 @@ window.Workbench = window.Workbench || { views: {} };
     point(event) {
       if (!this.sx) return;
       const [x] = this.place(event);
-      if (!(x >= this.sx.low && x <= this.sx.high)) return;
+      this.readout.setAttribute("aria-live", "off");
+      if (x >= this.sx.low && x <= this.sx.high) this.read(x);
+    }
+
+    nearest(line, x) {
+      let near = 0;
+      for (let i = 1; i < line.x.length; i++) if (Math.abs(line.x[i] - x) < Math.abs(line.x[near] - x)) near = i;
+      return near;
+    }
+
+    read(x) {
       const words = this.lines.filter((line) => line.name).map((line) => {
-        let near = 0;
-        for (let i = 1; i < line.x.length; i++) if (Math.abs(line.x[i] - x) < Math.abs(line.x[near] - x)) near = i;
-        return `${line.name} ${W.number(line.y[near])}`;
+        return `${line.name} ${W.number(line.y[this.nearest(line, x)])}`;
       });
       this.readout.textContent = `${this.settings.x} ${W.number(x)}: ${words.join(", ")}`;
       this.hair.setAttribute("x1", this.sx(x)); this.hair.setAttribute("x2", this.sx(x)); this.hair.setAttribute("opacity", 1);

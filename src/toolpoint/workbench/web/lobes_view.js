@@ -33,20 +33,22 @@ window.Workbench = window.Workbench || { views: {} };
     const units = unit === W.word("speed") ? [unit, "rpm", "rev/min", "1/min"] : [unit], said = W.make("p", { class: "wb-fault", role: "alert", hidden: true });
     const slider = W.make("input", { type: "range", id, min: low, max: high, step: step || (high - low) / 500, value, "aria-label": label });
     const field = W.make("input", { type: "text", class: "wb-value", value: show(value), "aria-label": `${label}, ${W.word("with.unit")}` });
-    slider.addEventListener("input", () => { field.value = show(Number(slider.value)); onmove(Number(slider.value)); });
+    const write = (v) => { field.value = show(v); W.sayValue(slider, field.value); };
+    write(value);
+    slider.addEventListener("input", () => { write(Number(slider.value)); onmove(Number(slider.value)); });
     field.addEventListener("change", () => {
       const v = scale * W.readNumber(field.value, units);
       said.hidden = Number.isFinite(v);
       if (!Number.isFinite(v)) {
         said.textContent = W.word(unit ? "number.refused" : "number.refused.plain", { text: field.value, unit });
-        field.value = show(Number(slider.value));
+        write(Number(slider.value));
         return;
       }
       const taken = step ? Math.min(Math.max(Math.round(v / step) * step, low), high) : v; // whole numbers alone
-      slider.value = taken; field.value = show(taken); onmove(taken);
+      slider.value = taken; write(taken); onmove(taken);
     });
     const row = W.make("div", { class: "wb-slider" }, W.make("label", { for: id, text: label }), slider, field, said);
-    row.put = (v) => { slider.value = v; field.value = show(v); said.hidden = true; };
+    row.put = (v) => { slider.value = v; write(v); said.hidden = true; };
     return row;
   };
 

@@ -40,7 +40,9 @@ window.Workbench = window.Workbench || { views: {} };
     const field = W.make("input", { type: "text", class: "wb-value", inputmode: "text", "aria-label": `${label}, ${W.word("with.unit")}`, value: show(value) });
     const fault = W.make("span", { class: "wb-fault", role: "alert" });
     let isHeld = false;
-    slider.addEventListener("input", () => { if (!isHeld) { onhold(); isHeld = true; } field.value = show(Number(slider.value)); onmove(Number(slider.value)); });
+    const write = (v) => { field.value = show(v); W.sayValue(slider, field.value); };
+    write(value);
+    slider.addEventListener("input", () => { if (!isHeld) { onhold(); isHeld = true; } write(Number(slider.value)); onmove(Number(slider.value)); });
     slider.addEventListener("change", () => { isHeld = false; });
     field.addEventListener("change", async () => {
       fault.textContent = "";
@@ -53,7 +55,7 @@ window.Workbench = window.Workbench || { views: {} };
     });
     const row = W.make("div", { class: "wb-slider" }, W.make("label", { for: id, text: label }), hint, slider, field, fault);
     row.back = (si) => si;
-    row.put = (v) => { slider.value = v; field.value = show(v); };
+    row.put = (v) => { slider.value = v; write(v); };
     return row;
   }
 

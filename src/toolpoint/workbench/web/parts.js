@@ -31,7 +31,7 @@ window.Workbench = window.Workbench || { views: {} };
   W.withInterval = function (value, halfWidth, unit) {
     if (!Number.isFinite(halfWidth) || halfWidth === null || halfWidth <= 0) return `${W.number(value)} ${unit}`;
     const decimals = Math.min(Math.max(1 - Math.floor(Math.log10(halfWidth)), 0), 6);
-    return `${value.toFixed(decimals)} ± ${halfWidth.toFixed(decimals)} ${unit}`;
+    return `${value.toFixed(decimals)} ± ${halfWidth.toFixed(decimals)} ${unit}`.replaceAll(" ", "\u00a0");
   };
 
   W.age = function (seconds) {
@@ -43,16 +43,16 @@ window.Workbench = window.Workbench || { views: {} };
 
   // The head of a view: its answer in a sentence, then what must be known before it is believed.
   W.head = function (view, title) {
-    const answer = W.make("p", { class: "answer" + (view.is_stale ? " wb-old" : ""), text: view.answer, lang: "en", "aria-live": "polite" }); // the package speaks English whatever the labels are
-    return [W.make("h1", { text: title, tabindex: "-1" }), answer, W.doubts(view.doubts)];
+    const answer = W.make("p", { class: "answer" + (view.is_stale ? " wb-old" : ""), ...W.spoken(view.answer), "aria-live": "polite" });
+    return [W.make("h1", { text: title, tabindex: "-1" }), answer, W.doubts(view.doubts, 2)];
   };
 
   const SHOWN_DOUBTS = 3;
-  W.doubts = function (doubts) {
+  W.doubts = function (doubts, level = 3) { // of the heading, for who hears the page
     const block = W.make("div", { class: "notes warning wb-doubts" });
     if (!doubts.length) { block.hidden = true; return block; }
-    const lines = doubts.map((doubt) => W.make("li", { class: doubt.grave ? "wb-grave" : null, lang: "en", text: doubt.text || doubt }));
-    block.append(W.make("h3", { text: W.word("doubts") }), W.make("ul", {}, lines.slice(0, SHOWN_DOUBTS)));
+    const lines = doubts.map((doubt) => W.make("li", { class: doubt.grave ? "wb-grave" : null, ...W.spoken(doubt.text || doubt) }));
+    block.append(W.make("h3", { text: W.word("doubts"), "aria-level": level }), W.make("ul", {}, lines.slice(0, SHOWN_DOUBTS)));
     if (lines.length > SHOWN_DOUBTS)
       block.append(W.make("details", { class: "wb-more" }, W.make("summary", { text: W.word("more", { n: lines.length - SHOWN_DOUBTS }) }),
         W.make("ul", {}, lines.slice(SHOWN_DOUBTS))));
@@ -68,8 +68,17 @@ window.Workbench = window.Workbench || { views: {} };
   W.newDoubts = (view, doubts) => doubts.filter((text) => !view.doubts.some((doubt) => (doubt.text || doubt).endsWith(text)));
 
   W.section = function (title, ...children) {
-    return W.make("section", {}, W.make("h2", { text: title }), children);
+    const node = W.make("section", {}, W.make("h2", { text: title }), children);
+    for (const region of node.querySelectorAll(".table[data-unnamed]")) nameTable(region, title);
+    return node;
   };
+  function nameTable(region, name) {
+    region.removeAttribute("data-unnamed");
+    for (const part of [region, region.querySelector("table")]) part.setAttribute("aria-label", name);
+  }
+
+  // What a slider stands at, in words: its own number may be a logarithm, or in SI.
+  W.sayValue = (slider, words) => slider.setAttribute("aria-valuetext", words);
 
   // An act that a button does once at a time. The button keeps the focus meanwhile, which a disabled one would lose.
   W.onceAtATime = (act) => async (event) => {
@@ -107,8 +116,8 @@ window.Workbench = window.Workbench || { views: {} };
   W.table = function (head, rows, caption) {
     const cell = (value, i) => W.make("td", { role: "cell", "data-label": head[i] || null, class: typeof value === "number" ? "n" : null,
       ...(value instanceof Node ? {} : { text: typeof value === "number" ? W.number(value) : value }) }, ...(value instanceof Node ? [value] : []));
-    return W.make("div", { class: "table" + (head.length >= STACKED ? " wb-stack" : ""), tabindex: "0", role: "region", "aria-label": caption || head.join(", ") },
-      W.make("table", { role: "table" }, caption ? W.make("caption", { text: caption }) : null,
+    return W.make("div", { class: "table" + (head.length >= STACKED ? " wb-stack" : ""), tabindex: "0", role: "region", "aria-label": caption || head.join(", "), "data-unnamed": !caption },
+      W.make("table", { role: "table", "aria-label": caption || head.join(", ") }, caption ? W.make("caption", { text: caption }) : null,
         W.make("thead", { role: "rowgroup" }, W.make("tr", { role: "row" }, head.map((text) => W.make("th", { scope: "col", role: "columnheader", text })))),
         W.make("tbody", { role: "rowgroup" }, rows.map((row) => W.make("tr", { role: "row" }, row.map(cell))))));
   };

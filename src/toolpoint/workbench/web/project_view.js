@@ -11,7 +11,7 @@ window.Workbench = window.Workbench || { views: {} };
         step.words ? W.make("p", { text: step.words, class: step.is_of_today ? null : "wb-old" }) : null];
       if (step.started) lines.push(W.make("p", { class: "key", text: W.word("ran", { when: step.started.replace("T", " "), s: W.number(step.seconds, 2) }) }));
       if (step.doubts.length) lines.push(W.make("div", { class: "notes warning" }, W.make("h3", { text: W.word("doubts") }),
-        W.make("ul", {}, step.doubts.map((text) => W.make("li", { text })))));
+        W.make("ul", {}, step.doubts.map((text) => W.make("li", W.spoken(text))))));
       if (step.files.length) lines.push(W.make("p", { class: "key", text: W.word("files") + " " + step.files.join(", ") }));
       lines.push(W.make("div", { class: "wb-code" }, W.make("pre", { text: step.command, tabindex: "0" }), W.copy(step.command)));
       box.replaceChildren(...lines.filter(Boolean));
@@ -79,7 +79,7 @@ window.Workbench = window.Workbench || { views: {} };
         ["answer", [view.answer, view.is_stale], () => answer], ["doubts", view.doubts, () => doubts]];
       const same = ["same", [view.commands, view.calls], () => W.same(view)];
       if (data.is_empty) { W.fillParts(place, [...head, ["begins", "", () => W.begins()], same]); return; }
-      const list = (lines) => W.make("ol", {}, lines.map((text) => W.make("li", { text }))), missing = data.absent_parts;
+      const list = (lines) => W.make("ol", {}, lines.map((text) => W.make("li", W.spoken(text)))), missing = data.absent_parts;
       const others = data.answers.slice(1);
       W.fillParts(place, [...head, ...(others.length ? [["others", [others, view.is_stale], () => W.make("div", { class: "summary" },
         others.map((text) => W.make("p", { class: view.is_stale ? "wb-old" : null, text })))]] : []),

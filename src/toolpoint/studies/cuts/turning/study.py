@@ -10,7 +10,7 @@ import numpy as np
 from toolpoint._check import FloatArray, ToolpointError
 from toolpoint._doubt import Doubt, doubts_among, grave_among
 from toolpoint._notebook import NotebookText
-from toolpoint._rounding import text_below
+from toolpoint._rounding import MIN_PRINTED_ERROR_RATIO, text_below
 from toolpoint.cutting import StabilityChart, stability
 from toolpoint.cutting.advice.best_speed import from_chart
 from toolpoint.cutting.cut.problem import TurningProblem
@@ -215,8 +215,9 @@ def _labels(dynamics: ToolDynamics) -> tuple[dict[str, str], list[str]]:
 
 
 def _error_words(width: float, error: float) -> str:
-    """Return the error of a width, m, in mm with a comma behind it; nothing for an infinite width."""
-    return f"± {1e3 * error:.2g} mm, " if np.isfinite(width) else ""
+    """Return the error of a width, m, in mm with a comma behind it; nothing for an infinite width,
+    or where it moves none of the printed digits."""
+    return f"± {1e3 * error:.2g} mm, " if np.isfinite(width) and error >= MIN_PRINTED_ERROR_RATIO * width else ""
 
 
 def _axis(name: str) -> tuple[float, float, float]:
