@@ -13,7 +13,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from toolpoint._doubt import Doubt
-from toolpoint.io.program.offset_contour import ContourElement, Joint, OffsetFault, join_elements, place_parallel
+from toolpoint.io.program.offset_contour import ContourElement, Joint, OffsetFault, join_elements, lead_in_arc, place_parallel
 
 if TYPE_CHECKING:
     from toolpoint.io.program.segments import Remarks, Segments
@@ -122,17 +122,17 @@ class _Writer:
         """Take the rows of one compensation: the first that moves in the plane leads to the contour, the others are it."""
         plane = _plane_of(self.segments.rows[rows[0]])
         if self.place is not None and offset != self.last_offset:  # the same one goes on behind G28 and G53
-            self.remarks.fault(_line_of(self.segments.rows[rows[0]]), 1, "side, radius or plane of the compensation changed "
-                               "while it is in force; program G40 between")
-            return
+            if offset != -self.last_offset or plane != self.plane:
+                self.remarks.fault(_line_of(self.segments.rows[rows[0]]), 1, "radius or plane of the compensation changed while "
+                                   "it is in force; program G40 between")
+                return
+            self.remarks.note(_line_of(self.segments.rows[rows[0]]), "the side of the radius compensation changes in one move: "
+                              "the block before ends square to its end, this one leads to the other side, square to its own end "
+                              "(Siemens); other controls begin it square to its start")
         self.plane, self.tilt, self.last_offset = plane, self.segments.rows[rows[0]][_TILT_COLUMN], offset
         moving = [k for k in rows if _moves_in_plane(self.segments.rows[k], plane)]
         if not moving:
             self.keep(rows)
-            return
-        if self.segments.rows[moving[0]][0]:
-            self.remarks.fault(_line_of(self.segments.rows[moving[0]]), 1, "radius compensation that begins on an arc; "
-                               "program G41 or G42 with a straight line")
             return
         self._note_blocks_without_motion(rows, moving)
         contour = [k for k in moving[1:] if k not in self.segments.contour_ends]
@@ -141,9 +141,9 @@ class _Writer:
             joints = [self._join(elements[m - 1:m + 1], contour[m], offset=offset, is_mitred=is_mitred)
                       for m in range(1, len(contour))]
             parallels = self._parallels(elements, joints, contour, offset=offset)
+            way = self._ends(moving, elements, parallels, offset=offset)
         except OffsetFault:
             return
-        way = self._ends(moving, elements, parallels, offset=offset)
         self._follow(rows, way | dict(zip(contour, parallels, strict=True)), dict(zip(contour[1:], joints, strict=True)))
 
     def _join(self, elements: list[ContourElement], k: int, *, offset: float, is_mitred: bool) -> Joint:
@@ -173,6 +173,13 @@ class _Writer:
         tangent = elements[0].tangent(is_end=False) if elements else entry.tangent(is_end=True)
         contact = parallels[0].start if parallels else entry.end + 1j * offset * tangent
         way = {first: ContourElement(entry.start, contact)}
+        if entry.centre is not None:
+            try:
+                way[first] = lead_in_arc(entry, offset, entry.start if self.place is None else self.place)
+            except OffsetFault as fault:
+                raise self._fault(first, fault) from None
+            self.remarks.note(_line_of(rows[first]), "radius compensation begins on an arc: from where the tool stands one arc "
+                              "leads to the compensated end, tangent to the contour there (LinuxCNC)")
         if first in ends:
             run_in = ends[first].length * (-1j * math.copysign(1.0, offset) if ends[first].is_square else 1.0) * tangent
             self.run_in[first] = contact - run_in

@@ -6,9 +6,11 @@ import math
 from dataclasses import dataclass, field
 
 from toolpoint.io.program.centre_control import CentreControl, part_of_turn
+from toolpoint.io.program.polar_places import from_pole
 from toolpoint.io.program.program_frame import AXES, PLANES, ProgramFrame
 from toolpoint.io.program.radius_compensation import CompensationMode
 from toolpoint.io.program.segments import MOST_SEGMENTS, Remarks, Segments
+from toolpoint.io.program.splines import SPLINE_MOTION
 from toolpoint.io.program.tilted_planes import TiltedPlane
 
 CENTER = {"I": 0, "J": 1, "K": 2}
@@ -49,6 +51,7 @@ class ControlModes:
     centre: CentreControl = field(default_factory=CentreControl)
     compensation: CompensationMode = field(default_factory=CompensationMode)
     polar: list[float] | None = None  # radius (in programmed units) and angle (degrees) last programmed under G16
+    spline_end: tuple[list[float], complex] | None = None  # of the last spline: its place, and its last control point from there
     programmed_axes: set[int] = field(default_factory=set)
     _unprogrammed: str = ""
 
@@ -71,6 +74,7 @@ class ControlModes:
     def target(self, places: Places, *, machine: bool = False) -> list[float]:
         """Return the position after a block, m."""
         places = places if self.polar is None or machine else self._from_polar(places)
+        places = from_pole(places, self.programmed, scale=self.scale, incremental=self.incremental)
         self._unprogrammed = "".join(letter for letter, i in AXES.items() if i not in self.programmed_axes)
         self.programmed_axes |= {i for letter, i in AXES.items() if letter in places}
         if not self.frame.is_identity and not machine:
@@ -206,7 +210,10 @@ class ControlModes:
         if machine and self.tilted.matrix is not None:
             self.remarks.note(number, "a move in machine coordinates in a tilted plane is taken along the axes of the plane")
         end = self.target(places, machine=machine)
-        if self.motion >= 2:
+        if self.motion == SPLINE_MOTION:
+            self.remarks.fault(number, 1, "a place without G0, G1 or G5 behind a spline")
+            self.position = end
+        elif self.motion >= 2:
             self._arc(number, places, end, once)
         elif any(k in CENTER or k == "CR" for k in places):
             self.remarks.fault(number, 1, "I, J, K or CR on a straight line; program G2 or G3")

@@ -203,7 +203,10 @@ def _contour_end(reader: _Klartext, number: int, line: str) -> None:
 def _take_compensation(state: ControlModes, line: str) -> str:
     """Begin or end radius compensation by RL, RR or R0; return the line without them."""
     if match := _COMPENSATION.search(line):
-        state.compensation.begin({"L": 1, "R": -1, "0": 0}[match[1]])
+        side = {"L": 1, "R": -1, "0": 0}[match[1]]
+        if side * state.compensation.side < 0:
+            raise ExpressionFault("RL and RR follow each other without a block R0 between")
+        state.compensation.begin(side)
     return _COMPENSATION.sub(" ", line)
 
 

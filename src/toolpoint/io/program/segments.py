@@ -107,9 +107,11 @@ class Remarks:
     faults: dict[str, list[tuple[int, int]]] = field(default_factory=dict)
     without_motion_words: dict[str, set[int]] = field(default_factory=dict)
     notes: dict[str, set[int]] = field(default_factory=dict)
+    place: str = ""  # in a file beside the program, in words
 
     def fault(self, number: int, column: int, message: str) -> None:
         """Keep a fault."""
+        message, column = message + self.place, 1 if self.place else column
         places = self.faults.setdefault(message, [])
         if (number, column) not in places:
             places.append((number, column))
