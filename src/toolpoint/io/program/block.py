@@ -13,6 +13,7 @@ from toolpoint.io.program.fanuc_frames import FanucFrames
 from toolpoint.io.program.interpreter import Request
 from toolpoint.io.program.polar_places import POLAR_WORDS, question_polar_words
 from toolpoint.io.program.program_frame import AXES
+from toolpoint.io.program.rounded_corners import CHAMFER, LEG, ROUND, take_corner_words
 from toolpoint.io.program.siemens_blocks import SiemensBlocks
 from toolpoint.io.program.splines import follow_spline
 from toolpoint.io.program.words import Word, split_words
@@ -65,21 +66,36 @@ class BlockReader:
         if re.match(r"@\s*\d{3}\b", text):  # words of the Sinumerik 850; a distance from the pole elsewhere
             remarks.without_motion(number, text.split()[0])
             return None
-        fault_count = len(remarks.faults)
+        fault_count = remarks.count
         if self.siemens.take(number, text):
             self._show_position()
             return None
-        text = self._without_ways(number, text)
+        text, corner_words = take_corner_words(self._without_ways(number, text), self.variables, self.unset)
+        row_count = len(self.state.segments.rows)
         words, assigned = split_words(text, self.variables, self.unset)
         groups, numbers, places = self._sort(number, words, column)
         self._modal(number, groups, numbers)
         request = self._program_end(numbers, groups)
-        if len(remarks.faults) > fault_count:
+        if remarks.count > fault_count:
             self.state.position = self.state.target(places)  # what follows is read from where the block was meant to end
         else:
             self._carry_out(number, groups, numbers, places, assigned)
+            self._keep_corners(number, corner_words, has_moved=len(self.state.segments.rows) > row_count)
         self._show_position()
         return request
+
+    def _keep_corners(self, number: int, words: Mapping[str, float], *, has_moved: bool) -> None:
+        """Round or break the corner behind the block, by its own words or by RNDM."""
+        state = self.state
+        if "RNDM" in words:
+            state.modal_rounding = words["RNDM"] * state.scale
+        feed = next((state.feed_scale * words[name] / 60 for name in ("FRC", "FRCM") if name in words), 0.0)
+        for name, kind in ((",R", ROUND), ("RND", ROUND), (",C", LEG), ("CHR", LEG), ("CHF", CHAMFER)):
+            if name in words:
+                state.keep_corner(number, kind, words[name] * state.scale, feed=feed)
+                return
+        if has_moved and state.modal_rounding:
+            state.keep_corner(number, ROUND, state.modal_rounding, feed=feed, is_modal=True)
 
     def _without_ways(self, number: int, text: str) -> str:
         """Return a block without the words for ways to a compensated contour (Siemens), which are taken as NORM."""
@@ -107,7 +123,7 @@ class BlockReader:
                 if key in places:
                     remarks.fault(number, place_column, f"{letter} twice in one block")
                 places[key] = word.mode, value
-            elif letter in "FST" and letter in numbers:
+            elif letter in "FS" and letter in numbers:
                 remarks.fault(number, place_column, f"{letter} twice in one block")
             elif letter in "NO" and word is not words[0]:
                 remarks.fault(number, place_column, f"{letter}{value:g} inside a block, where neither a number of a block nor of "

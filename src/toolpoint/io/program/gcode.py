@@ -163,7 +163,7 @@ def parse(text: str, rapid_feed: float = 0.5, start: Point = (0.0, 0.0, 0.0), *,
 def _check_kind(name: str, text: str, state: ControlModes, remarks: Remarks) -> None:
     """Refuse a text that is no program, in one fault: most of its lines are no blocks."""
     lines = [number for number, line in enumerate(text.splitlines(), 1) if line.strip()]
-    faulty = {number for places in remarks.faults.values() for number, _ in places}
+    faulty = {number for message, places in remarks.faults.items() if "is not computed" not in message for number, _ in places}
     if len(faulty) <= MAX_FAULTY * max(len(lines), 1) or len(faulty) < FEWEST_FAULTY or len(state.segments.rows) > len(faulty):
         return
     raise FileFaults(name, text, [Fault(
