@@ -46,7 +46,7 @@ def test_files_beside_the_program_are_run_and_what_is_absent_is_grave(tmp_path):
     grave = [note for note in program.notes if getattr(note, "grave", False)]
     assert len(grave) == 1 and "4711 (line 5)" in grave[0]
     (tmp_path / "pocket.ngc").write_text("o<pocket> sub\nG1 X1.2.3\no<pocket> endsub\n")
-    with pytest.raises(FileFaults, match="in line 2 of pocket.ngc"):
+    with pytest.raises(FileFaults, match=r"in line 2 of pocket\.ngc"):
         io.read_program(main)
 
 
@@ -82,7 +82,8 @@ def test_splines_of_linuxcnc_are_the_curves_of_their_control_points():
     x = 1e3 * program.end[1:, 0]
     assert 1e3 * program.end[1:, 1] == pytest.approx(2 * x * (1 - x / 20), abs=1e-9)
     root = math.sqrt(5)  # y' from 2 to -2: integral of sqrt(1 + y'^2) dx
-    assert 1e3 * program.path.lengths.sum() == pytest.approx(5 * (2 * root + math.asinh(2)), rel=3e-5)  # chords within a micrometre
+    # Chords within a micrometre.
+    assert 1e3 * program.path.lengths.sum() == pytest.approx(5 * (2 * root + math.asinh(2)), rel=3e-5)
     pair = parse("G0 X0 Y0\nG5 X20 Y0 I0 J10 P0 Q10 F500\nG5 X40 Y0 P0 Q-10\nM30")
     k = int(np.flatnonzero(np.isclose(pair.end[:, 0], 0.02))[0])
     ways = pair.end - pair.start

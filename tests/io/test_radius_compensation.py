@@ -233,3 +233,44 @@ def test_compensation_that_begins_on_an_arc_ends_square_and_tangent():
     centre, start, end = (1e3 * column[k, :2] for column in (program.center, program.start, program.end))
     assert end == pytest.approx([5, 10]) and start == pytest.approx([0, 0]) and centre[1] == pytest.approx(10)
     assert np.hypot(*(start - centre)) == pytest.approx(np.hypot(*(end - centre)), rel=1e-12)
+
+
+def way(program, k, *, is_end):
+    """Unit direction of motion at an end of a row, in the plane."""
+    if program.kind[k] == 0:
+        direction = (program.end[k] - program.start[k])[:2]
+    else:
+        ray = ((program.end if is_end else program.start)[k] - program.center[k])[:2]
+        direction = np.sign(program.sweep[k]) * np.array([-ray[1], ray[0]])
+    return direction / np.linalg.norm(direction)
+
+
+@pytest.mark.parametrize(("come", "go", "arcs"), [
+    ("CT X+0 Y+0 CCA90 R+10", "CT CCA90 R+10", [math.pi / 2, math.pi / 2]),
+    ("CT X+0 Y+0 CCA60 R-10", "CT CCA180 R-10", [-math.pi / 3, -math.pi]),
+    ("LCT X+0 Y+0 R10", "LCT X-30 Y+60 R10", None), ("PLCT PR+0 PA+0 R10", "PLCT PR+70 PA+90 R10", None)])
+def test_ways_on_circles_are_tangent_to_the_contour_and_have_their_radius(come, go, arcs):
+    """Klartext: the contour stands at x = 0, the tool on its left; LCT is tangent to its straight line, too."""
+    text = (f"BEGIN PGM A MM\nTOOL CALL 1 Z S1000\nL X-40 Y-30 Z-1 R0 F500\nCC X+0 Y+0\nAPPR {come} RL\nL Y+40\nDEP {go}\n"
+            "L X-60 Y+80 F900\nEND PGM A MM")
+    program = gcode.parse(text, cutter_radius=R)
+    first, last = np.flatnonzero(program.kind == 1)
+    assert np.hypot(*(program.start[[first, last]] - program.center[[first, last]])[:, :2].T) == pytest.approx(0.01)
+    assert program.end[first, :2] == pytest.approx([-R, 0]) and program.start[last, :2] == pytest.approx([-R, 0.04])
+    assert way(program, first, is_end=True) == pytest.approx([0, 1], abs=1e-9)
+    assert way(program, last, is_end=False) == pytest.approx([0, 1], abs=1e-9)
+    if arcs is not None:
+        assert program.sweep[[first, last]] == pytest.approx(arcs)
+    else:
+        assert way(program, first - 1, is_end=True) == pytest.approx(way(program, first, is_end=False), abs=1e-9)
+        assert way(program, last + 1, is_end=False) == pytest.approx(way(program, last, is_end=True), abs=1e-9)
+        assert 1e3 * program.end[last + 1, :2] == pytest.approx([-30, 60] if "X-30" in go else [0, 70], abs=1e-9)
+    assert np.array_equal(program.start[1:], program.end[:-1])
+
+
+def test_a_place_inside_the_circle_of_a_way_is_refused():
+    text = "BEGIN PGM A MM\nL X-12 Y-1 R0 F500\nAPPR LCT X+0 Y+0 R10 RL\nL Y+40\nDEP LT LEN9\nEND PGM A MM"
+    with pytest.raises(FileFaults, match="inside the circle of 10 mm"):
+        gcode.parse(text, cutter_radius=R)
+    with pytest.raises(FileFaults, match="without CCA"):
+        gcode.parse(text.replace("LCT X+0 Y+0 R10", "CT X+0 Y+0 R10"), cutter_radius=R)

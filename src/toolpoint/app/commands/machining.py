@@ -169,8 +169,9 @@ def machining(run: Frame, program: Annotated[SourceFile, Argument()], dynamics: 
                                                        scale=1 / 60e3)] = None,
               wear_only: Annotated[bool, Help("G41 and G42 (RL, RR) correct wear alone: the program holds the path of the "
                                               "tool's centre.", name="--wear-only")] = False,
-              tip_programmed: Annotated[bool, Help("X, Y and Z are the tip's from the first line on, where A, B and C turn the tool "
-                                                   "(kinematics of LinuxCNC that hold the tip).", name="--tip-programmed")] = False,
+              tip_programmed: Annotated[bool, Help("X, Y and Z are the tip's from the first line on, where A, B and C turn the "
+                                                   "tool (kinematics of LinuxCNC that hold the tip).",
+                                                   name="--tip-programmed")] = False,
               drives: Annotated[SourceFile | None, Help("Drive file: feeds are the planner's, and the servo follows under the "
                                                       "cutting forces.")] = None,
               spacing: Annotated[float, Help("Of the dexels, mm; a twentieth of the smallest radius where left out.",

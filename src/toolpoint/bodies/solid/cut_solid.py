@@ -81,7 +81,8 @@ class CutSolid:
         places = model.nodes[anchored]
         spread = np.linalg.svd(places - places.mean(axis=0), compute_uv=False) if len(anchored) > 2 else np.zeros(2)
         if spread[1] <= _MIN_BREADTH_RATIO * spread[0]:
-            fail("held", f"{len(anchored)} nodes", "must be three at least, not in one line", remedy="name a face that is clamped")
+            fail("held", f"{len(anchored)} nodes", "must be three at least, not in one line",
+                 remedy="name a face that is clamped")
         self.model, self.held, self.sweep, self.anchored = model, np.unique(held).astype(np.int64), sweep, anchored
         self.blocks = tuple(CutElements(block.kind, block.nodes, model.nodes[block.nodes],
                                         material=model.materials[block.name], sweep=sweep) for block in model.blocks)

@@ -22,7 +22,7 @@ _GROUPS: dict[float, str] = {
     0: "motion", 1: "motion", 2: "motion", 3: "motion", 80: "cycle", 17: "plane", 18: "plane", 19: "plane", 90: "distance",
     91: "distance", 60: "exact", 61: "exact", 61.1: "exact", 64: "exact", 9: "once", 20: "unit", 21: "unit", 70: "unit",
     71: "unit", 700: "unit", 710: "unit", 93: "feed", 94: "feed", 95: "feed", 96: "speed", 97: "speed", 98: "return",
-    99: "return", 28: "action", 30: "action", 4: "action", 10: "action", 92: "action", 52: "action", 5: "action", 5.1: "action", 53: "machine",
+    99: "return", **dict.fromkeys((28, 30, 4, 10, 92, 52, 5, 5.1), "action"), 53: "machine",
     153: "machine", 500: "system", **dict.fromkeys(range(54, 60), "system"), 59.1: "system", 59.2: "system", 59.3: "system",
     **dict.fromkeys(range(505, 600), "system"), 65: "action", 68: "frame", 69: "frame", 50.1: "frame", 51.1: "frame",
     50: "frame", 51: "frame", 15: "polar", 16: "polar",
@@ -126,8 +126,8 @@ class BlockReader:
             elif letter in "FS" and letter in numbers:
                 remarks.fault(number, place_column, f"{letter} twice in one block")
             elif letter in "NO" and word is not words[0]:
-                remarks.fault(number, place_column, f"{letter}{value:g} inside a block, where neither a number of a block nor of "
-                              "a program stands; is a letter O in place of a zero, or are two blocks in one line?")
+                remarks.fault(number, place_column, f"{letter}{value:g} inside a block, where no number of a block or a "
+                              "program stands; is a letter O in place of a zero, or are two blocks in one line?")
             elif letter == "F":
                 numbers["F"] = value
             elif letter in _LETTERS_WITHOUT_MOTION:
@@ -160,7 +160,7 @@ class BlockReader:
             if state.centre.word.startswith("G"):
                 end_control(state)
             state.remarks.without_motion(number, f"G{length:g}")
-        if numbers.keys() & {"M428", "M429"}:  # kinematics of LinuxCNC's sample machines: with tool centre control, or axis by axis
+        if numbers.keys() & {"M428", "M429"}:  # LinuxCNC's sample machines: with tool centre control, or axis by axis
             begin_control(state, number, "M428") if "M428" in numbers else end_control(state)
         if turns:
             if not state.centre.word:
@@ -203,8 +203,8 @@ class BlockReader:
             return
         for word in words:
             if word.letter == "L":
-                self.state.remarks.note(number, f"L{word.value:g} beside other words (a tool change of the machine's own) is left "
-                                        "out with its motion")
+                self.state.remarks.note(number, f"L{word.value:g} beside other words (a tool change of the machine's own) is "
+                                        "left out with its motion")
             elif word.letter in _TAKEN and not (word.letter in "UVW" and self.state.turning):
                 self.state.remarks.fault(number, word.column + column, f"unknown word {word.letter}{word.value:g}")
 
@@ -317,7 +317,7 @@ class BlockReader:
         elif action in (28, 30):
             self._reference(number, places)
         elif action in (5, 5.1) and {"X", "Y"} & places.keys():
-            follow_spline(state, number, action, places, numbers)
+            follow_spline(state, number, action, places=places, numbers=numbers)
         elif action in (5, 5.1):  # high-speed modes of Fanuc: G05 P10000, G5.1 Q1
             state.remarks.without_motion(number, f"G{action:g}")
         elif action in (10, 52, 92) and state.tilted.matrix is not None:

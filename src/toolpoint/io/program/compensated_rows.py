@@ -7,7 +7,6 @@ is a fault with its line, as controls give an alarm there.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from itertools import pairwise
 from typing import TYPE_CHECKING
@@ -115,7 +114,7 @@ class _Writer:
         self.index: dict[int, int] = {}
         self.place: complex | None = None
         self.plane, self.tilt, self.last_offset = (0, 1), 0.0, 0.0
-        self.run_in: dict[int, complex] = {}  # where straight ways to a contour begin, by their rows
+        self.ways: dict[int, list[ContourElement]] = {}  # to contours and from them, by the row that stands for them
 
     def keep(self, rows: Sequence[int]) -> None:
         """Take rows without compensation; the first that moves in the plane ends the one before."""
@@ -144,8 +143,8 @@ class _Writer:
                                    "it is in force; program G40 between")
                 return
             self.remarks.note(line_of(self.segments.rows[rows[0]]), "the side of the radius compensation changes in one move: "
-                              "the block before ends square to its end, this one leads to the other side, square to its own end "
-                              "(Siemens); other controls begin it square to its start")
+                              "the block before ends square to its end, this one leads to the other side, square to its own "
+                              "end (Siemens); other controls begin it square to its start")
         self.plane, self.tilt, self.last_offset = plane, self.segments.rows[rows[0]][TILT_COLUMN], offset
         moving = [k for k in rows if moves_in_plane(self.segments.rows[k], plane)]
         if not moving:
@@ -197,13 +196,18 @@ class _Writer:
                 raise self._fault(first, fault) from None
             self.remarks.note(line_of(rows[first]), "radius compensation begins on an arc: from where the tool stands one arc "
                               "leads to the compensated end, tangent to the contour there (LinuxCNC)")
-        if first in ends:
-            run_in = ends[first].length * (-1j * math.copysign(1.0, offset) if ends[first].is_square else 1.0) * tangent
-            self.run_in[first] = contact - run_in
-        if moving[-1] in ends and parallels:
-            last = parallels[-1].end
-            run_out = 1j * math.copysign(ends[moving[-1]].length, offset) * elements[-1].tangent(is_end=True)
-            way[moving[-1]] = ContourElement(last, last + run_out)
+        side = 1 if offset > 0 else -1
+        try:
+            if first in ends:
+                place = entry.start if self.place is None else self.place
+                self.ways[first] = ends[first].ways(contact, tangent, side, place=place, is_start=True)
+            if (last := moving[-1]) in ends and last != first and parallels:
+                goal = plane_point(rows[last], END_COLUMN, self.plane)
+                self.ways[last] = ends[last].ways(parallels[-1].end, elements[-1].tangent(is_end=True), side,
+                                                  place=goal, is_start=False)
+                way[last] = self.ways[last][-1]
+        except OffsetFault as fault:
+            raise self._fault(moving[-1], fault) from None
         return way
 
     def _fault(self, k: int, fault: OffsetFault) -> OffsetFault:
@@ -223,17 +227,27 @@ class _Writer:
                 self._write(-1, self._arc_row(row, ContourElement(joint.leave, joint.begin, joint.centre, joint.sweep),
                                               (height, height), stop=False))
                 self.place = joint.begin
-            if k in self.run_in:
-                self._line(k, self.run_in[k])
-                self.place = self.run_in[k]
-                self._write(k, (0, *self._at(end_of(row), self.place), *self._at(end_of(row), parallel.end),
-                                *self._at(end_of(row), self.place), 0.0, *row[PLANE_COLUMN:]))
+            if k in self.ways:
+                self._follow_ways(k, self.ways[k])
             elif parallel.centre is None:
                 self._line(k, parallel.end)
             else:
                 self._write(k, self._arc_row(row, parallel, (start_of(row), end_of(row)),
                                              stop=bool(row[STOP_COLUMN])))
             self.place = parallel.end
+
+    def _follow_ways(self, k: int, ways: list[ContourElement]) -> None:
+        """Write the ways to a contour or from it in place of their row: the first at its heights, the others at its end."""
+        row = self.segments.rows[k]
+        height = end_of(row)
+        for number, way in enumerate(ways):
+            begin = start_of(row) if number == 0 else height
+            if way.centre is not None:
+                self._write(k, self._arc_row(row, way, (begin, height), stop=False))
+            elif abs(way.end - way.start) > 0:
+                place = self._at(begin, way.start)
+                self._write(k, (0, *place, *self._at(height, way.end), *place, 0.0, *row[PLANE_COLUMN:]))
+        self.place = ways[-1].end
 
     def _line(self, k: int, end: complex) -> None:
         """Write a row as a line from where the tool stands to a place of the plane, at its own heights."""

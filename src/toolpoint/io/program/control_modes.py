@@ -52,7 +52,7 @@ class ControlModes:
     centre: CentreControl = field(default_factory=CentreControl)
     compensation: CompensationMode = field(default_factory=CompensationMode)
     polar: list[float] | None = None  # radius (in programmed units) and angle (degrees) last programmed under G16
-    spline_end: tuple[list[float], complex] | None = None  # of the last spline: its place, and its last control point from there
+    spline_end: tuple[list[float], complex] | None = None  # of the last spline: place, and last control point from there
     modal_rounding: float = 0.0  # m, of every corner of the contour (RNDM)
     programmed_axes: set[int] = field(default_factory=set)
     _unprogrammed: str = ""
@@ -249,7 +249,7 @@ class ControlModes:
             self._sweep(number, geometry, end, stop=self.exact or once)
         self.position = end
 
-    def follow_arc(self, number: int, center: list[float], sweep: float, end: list[float]) -> None:
+    def follow_arc(self, number: int, center: list[float], sweep: float, *, end: list[float]) -> None:
         """Add an arc of known centre (m) and sweep (rad), that may be several turns."""
         self._check_tool_axis(number)
         if self._has_feed(number):

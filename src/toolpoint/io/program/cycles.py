@@ -94,9 +94,9 @@ def _hole(state: ControlModes, cycle: Cycle, number: int, third: int) -> None:
         state.rapid(number, _at(state.position, third, cycle.level))
     levels = [cycle.depth]
     if cycle.number in _PECKS and cycle.peck > 0:
-        top = cycle.level if cycle.surface is None else cycle.surface
-        count = min(int(abs(top - cycle.depth) / cycle.peck + 1 - 1e-9), _MOST_PECKS)
-        levels = [top - k * cycle.peck for k in range(1, count)] + [cycle.depth]
+        surface = cycle.level if cycle.surface is None else cycle.surface
+        count = min(int(abs(surface - cycle.depth) / cycle.peck + 1 - 1e-9), _MOST_PECKS)
+        levels = [surface - k * cycle.peck for k in range(1, count)] + [cycle.depth]
     for k, level in enumerate(levels):
         if k and cycle.number == 83:
             state.rapid(number, _at(state.position, third, cycle.level))

@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 # How names of program files end, in capitals; others in the folder are not looked at.
-SUFFIXES = frozenset({"", ".NGC", ".NC", ".MPF", ".SPF", ".TXT", ".TAP", ".CNC", ".GCODE", ".SUB", ".EIA", ".ISO", ".PRG", ".H", ".I"})
-MAX_FILE_BYTES = 20_000_000
+SUFFIXES = frozenset({"", ".NGC", ".NC", ".MPF", ".SPF", ".TXT", ".TAP", ".CNC", ".GCODE", ".SUB", ".EIA", ".ISO", ".PRG"})
+MAX_SUBPROGRAM_BYTES = 20_000_000
 
 
 @dataclass(frozen=True)
@@ -35,6 +35,6 @@ class FilesBeside:
         name = name.strip("<>\"' ").upper()
         stems = [f"O{int(name):04d}", f"O{name}", name, f"{int(name):04d}"] if name.isdigit() else [name]
         path = next((self._stems[stem] for stem in stems if stem in self._stems), None)
-        if path is None or path.stat().st_size > MAX_FILE_BYTES:
+        if path is None or path.stat().st_size > MAX_SUBPROGRAM_BYTES:
             return None
         return SubprogramFile(path.name, path.read_text(encoding="utf-8-sig", errors="replace"))

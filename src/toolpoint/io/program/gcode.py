@@ -59,7 +59,7 @@ def read(path: str | Path, rapid_feed: float = 0.5, start: Point = (0.0, 0.0, 0.
     except OSError as error:
         raise ToolpointError(f"{path}: cannot be read ({error.strerror}); check the name and the folder") from None
     program = parse(text, rapid_feed, start, name=str(path), feed=feed, cutter_radius=cutter_radius,
-                    tip_programmed=tip_programmed, beside=FilesBeside(path))
+                    tip_programmed=tip_programmed, neighbours=FilesBeside(path))
     doubts = question_end(text, is_cutting=not program.rapid[-1])
     return replace(program, notes=(*doubts, *program.notes))
 
@@ -70,7 +70,7 @@ def question_end(text: str, *, is_cutting: bool) -> list[Doubt]:
     is_cutting : whether the last block leaves the tool in a cut.
     """
     lines = [line for line in re.sub(r"\([^)]*\)|;[^\n]*", "", text.upper()).splitlines() if line.strip()]
-    if not lines or re.search(_END_WORDS, lines[-1]) or any(re.search(_END_WORDS, line) for line in lines[-_LAST_LINES:]):
+    if not lines or any(_END_WORDS.search(line) for line in lines[-_LAST_LINES:]):
         return []
     return [Doubt("end of the program", f"no M2, M30, M99, RET or END PGM stands in its last lines, the last is "
                   f"'{lines[-1].strip()[:60]}'" + (", and the tool stays in the cut" if is_cutting else ""),
@@ -79,11 +79,11 @@ def question_end(text: str, *, is_cutting: bool) -> list[Doubt]:
 
 def question_subprograms(run: Run) -> list[Doubt]:
     """Return doubts about subprograms that are not there, and about those that stand in files of their own."""
-    doubts = [Doubt("subprogram", f"{name.strip('<>')} (line {line}) is neither in the program nor in a file beside it: its motion is "
-                    "left out, and with it what it cuts", "put its file into the folder of the program", grave=True)
+    doubts = [Doubt("subprogram", f"{name.strip('<>')} (line {line}) is neither in the program nor in a file beside it: its "
+                    "motion is left out, and with it what it cuts", "put its file into the folder of the program", grave=True)
               for name, line in run.absent.items()]
-    return doubts + [Doubt("subprogram file", f"{file} is run where line {line} calls it; its moves are told by that line, and its "
-                           "words S and F are not written anew") for file, line in run.files.items()]
+    return doubts + [Doubt("subprogram file", f"{file} is run where line {line} calls it; its moves are told by that line, and "
+                           "its words S and F are not written anew") for file, line in run.files.items()]
 
 
 def read_path(path: str | Path, rapid_feed: float = 0.5, *, cutter_radius: float | None = None) -> DrivePath:
@@ -102,7 +102,7 @@ def read_path(path: str | Path, rapid_feed: float = 0.5, *, cutter_radius: float
 
 def parse(text: str, rapid_feed: float = 0.5, start: Point = (0.0, 0.0, 0.0), *, name: str = "program",
           arc_tolerance: float = 1e-5, feed: float | None = None, cutter_radius: CutterRadii | float | None = None,
-          tip_programmed: bool = False, beside: FilesBeside | None = None) -> Program:
+          tip_programmed: bool = False, neighbours: FilesBeside | None = None) -> Program:
     """Return the segments of a program.
 
     Parameters
@@ -124,7 +124,7 @@ def parse(text: str, rapid_feed: float = 0.5, start: Point = (0.0, 0.0, 0.0), *,
     tip_programmed : bool
         Whether X, Y and Z are the tip's from the first line on, as under tool centre control: a machine of LinuxCNC whose
         kinematics hold the tip needs no word for it.
-    beside : FilesBeside, optional
+    neighbours : FilesBeside, optional
         Where subprograms are looked for that are not in the text. Their moves have the line that calls them.
 
     Raises
@@ -148,7 +148,7 @@ def parse(text: str, rapid_feed: float = 0.5, start: Point = (0.0, 0.0, 0.0), *,
     variables: dict[str, float] = {}
     unset: set[str] = set()
     reader = BlockReader(state, variables, unset)
-    run = Run(list_statements(text), remarks, reader.take, variables, unset, beside=beside)
+    run = Run(list_statements(text), remarks, reader.take, variables, unset, neighbours=neighbours)
     run.execute()
     remarks.place = ""
     state.segments.doubts += question_subprograms(run)

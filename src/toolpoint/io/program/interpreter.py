@@ -55,7 +55,7 @@ class Run:
     counts: dict[int, int] = field(default_factory=dict)
     calls: list[tuple[int, dict[str, float] | None, str, int]] = field(default_factory=list)
     passes: dict[int, tuple[int, int]] = field(default_factory=dict)
-    beside: FilesBeside | None = None
+    neighbours: FilesBeside | None = None
     absent: dict[str, int] = field(default_factory=dict)  # subprograms that are not there, with the first line that calls them
     files: dict[str, int] = field(default_factory=dict)  # files of subprograms, with the first line that calls them
     _calling_line: int = 0  # of the program itself, while a file beside it is run
@@ -242,12 +242,14 @@ class Run:
             return len(self.listing.statements)
         if verb == "return":
             return self._leave(index)
-        return self._enter(index, self._calling_line, name, macro_arguments(s.text, self.variables) if verb == "macro" else None, repeats)
+        values = macro_arguments(s.text, self.variables) if verb == "macro" else None
+        return self._enter(index, self._calling_line, name, values, repeats)
 
     def _enter(self, index: int, number: int, name: str, values: dict[str, float] | None, repeats: int = 1) -> int:
-        """Begin a subprogram; with values (a macro, o-words) its local variables are its own, without it shares the caller's."""
+        """Begin a subprogram; with values (a macro, o-words) its variables are its own, without it shares the caller's."""
         name = str(int(name)) if name.isdigit() else name
-        if name not in self.listing.programs and self.beside is not None and (file := self.beside.find(name)) is not None:
+        file = None if name in self.listing.programs or self.neighbours is None else self.neighbours.find(name)
+        if file is not None:
             self.files[file.name] = number
             self.listing.append_file(name, file.name, file.text)
         place = self.listing.programs.get(name)

@@ -16,7 +16,6 @@ from toolpoint.io.program.interpreter import LINES_PER_PROGRAM_LINE, MAX_LOOP_CH
 from toolpoint.io.program.klartext_cycles import KlartextCycles
 from toolpoint.io.program.klartext_ways import circle_about_pole, polar_end, take_polar_words, tangent_arc
 from toolpoint.io.program.program_frame import AXES
-from toolpoint.io.program.radius_compensation import ContourEnd
 from toolpoint.io.program.rounded_corners import LEG, ROUND
 from toolpoint.io.program.segments import Program
 from toolpoint.io.program.tilted_planes import tilt_by_plane_function
@@ -204,19 +203,25 @@ def _line(reader: _Klartext, number: int, line: str) -> None:
 
 
 def _contour_end(reader: _Klartext, number: int, line: str) -> None:
-    """Go to a contour (APPR) or away from it (DEP) on straight lines."""
+    """Go to a contour (APPR) or away from it (DEP)."""
     state = reader.state
-    verb, kind, text, remainder = split_contour_end(line)
-    length = _value(reader, text) * state.scale
+    verb, is_polar, way, remainder = split_contour_end(line, lambda text: _value(reader, text), state.scale)
     if verb == "DEP":
         if feed := re.search(r"\bF\s*([\d.]+|Q\d+)", remainder):
             state.set_feed(_value(reader, feed[1]))
-        leave_contour(state, number, kind=kind, length=length)
+        goal = None
+        if way.kind == "LCT":
+            polar, remainder = take_polar_words(remainder, lambda part: _value(reader, part)) if is_polar else ({}, remainder)
+            ends = _axes(reader, remainder)[0] | (polar_end(state, reader.center, polar) if is_polar else {})
+            goal = [ends.get(i, state.position[i]) for i in range(3)]
+        leave_contour(state, number, way, goal=goal)
         return
-    _move(reader, number, "L", _take_compensation(state, remainder))
+    _move(reader, number, "LP" if is_polar else "L", _take_compensation(state, remainder))
     if not state.compensation.side:
-        raise ExpressionFault(f"APPR {kind} without RL or RR")
-    state.segments.contour_ends[len(state.segments.rows) - 1] = ContourEnd(is_square=kind == "LN", length=length)
+        raise ExpressionFault(f"APPR {way.kind} without RL or RR")
+    state.segments.contour_ends[len(state.segments.rows) - 1] = way
+    if way.kind in ("CT", "LCT"):
+        state.remarks.note(number, "APPR and DEP on circles: their radius is that of the tool centre's path")
 
 
 def _take_compensation(state: ControlModes, line: str) -> str:

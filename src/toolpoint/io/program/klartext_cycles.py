@@ -21,7 +21,7 @@ _BENDING = {8: "mirroring", 10: "rotation", 11: "scaling", 19: "a tilted plane",
 # Of the control's own state: datum shift and dwell are read elsewhere, the others move nothing.
 _WITHOUT_MOTION = frozenset({7, 9, 13, 32, 239, 247})
 _DRILLING = {200: 83, 201: 85, 203: 83}  # and the cycles of ISO that do the same
-_NEEDED = ("Q200", "Q201", "Q203")
+_DRILLING_WORDS = ("Q200", "Q201", "Q203")
 
 
 @dataclass
@@ -48,17 +48,19 @@ class KlartextCycles:
         if self.number not in _DRILLING:
             self.left_out.setdefault(self.number, []).append(line)
             return
-        missing = [name for name in _NEEDED if name not in variables]
-        if missing:
-            raise ExpressionFault(f"CYCL DEF {self.number} without {' and '.join(missing)}")
+        absent = [name for name in _DRILLING_WORDS if name not in variables]
+        if absent:
+            raise ExpressionFault(f"CYCL DEF {self.number} without {' and '.join(absent)}")
         q = {name: variables.get(name, 0.0) for name in ("Q200", "Q201", "Q202", "Q203", "Q204", "Q206", "Q211")}
-        level, top = state.scale * (q["Q203"] + q["Q200"]) + state.origin[2], state.scale * q["Q203"] + state.origin[2]
-        depth = top + state.scale * q["Q201"]
+        surface = state.scale * q["Q203"] + state.origin[2]
+        level = surface + state.scale * q["Q200"]
+        depth = surface + state.scale * q["Q201"]
         if depth >= level:
-            raise ExpressionFault(f"CYCL DEF {self.number}: the depth Q201 {q['Q201']:g} is above the set-up clearance; it is "
-                                  "negative downwards")
-        cycle = Cycle(_DRILLING[self.number], level=level, depth=depth, initial=max(top + state.scale * q["Q204"], level),
-                      dwell=q["Q211"], peck=state.scale * abs(q["Q202"]) if self.number != 201 else 0.0, ready=True, surface=top)
+            raise ExpressionFault(f"CYCL DEF {self.number}: the depth Q201 {q['Q201']:g} is above the set-up clearance; "
+                                  "downwards it is negative")
+        cycle = Cycle(_DRILLING[self.number], level=level, depth=depth, initial=max(surface + state.scale * q["Q204"], level),
+                      dwell=q["Q211"], ready=True, surface=surface,
+                      peck=state.scale * abs(q["Q202"]) if self.number != 201 else 0.0)
         feed, word = state.feed, state.feed_word
         if q["Q206"] > 0:
             state.set_feed(q["Q206"])
@@ -67,7 +69,9 @@ class KlartextCycles:
 
     def doubts(self) -> list[Doubt]:
         """Return a grave doubt for every cycle whose cuts are left out."""
-        return [Doubt("cycle", f"CYCL DEF {number} is called in line {lines[0]}" + (f" and {len(lines) - 1} more" if len(lines) > 1
-                                                                                 else "")
-                      + ": it is not computed and left out, with what it cuts", "post single moves in its place", grave=True)
-                for number, lines in self.left_out.items()]
+        doubts = []
+        for number, lines in self.left_out.items():
+            others = f" and {len(lines) - 1} more" if len(lines) > 1 else ""
+            doubts.append(Doubt("cycle", f"CYCL DEF {number} is called in line {lines[0]}{others}: it is not computed and left "
+                                "out, with what it cuts", "post single moves in its place", grave=True))
+        return doubts

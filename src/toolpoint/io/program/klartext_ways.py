@@ -63,7 +63,7 @@ def circle_about_pole(state: ControlModes, number: int, pole: Mapping[int, float
     end[3 - sum(plane)] = height
     for axis, goal, about in zip(plane, (place.real, place.imag), (centre.real, centre.imag), strict=True):
         end[axis], middle[axis] = goal, about
-    state.follow_arc(number, middle, sweep, end)
+    state.follow_arc(number, middle, sweep, end=end)
 
 
 def tangent_arc(state: ControlModes, number: int, end: list[float]) -> None:
@@ -85,7 +85,7 @@ def tangent_arc(state: ControlModes, number: int, end: list[float]) -> None:
     sweep = turn * ((turn * cmath.phase((goal - centre) / (start - centre))) % (2 * math.pi))
     middle = list(state.position)
     middle[plane[0]], middle[plane[1]] = centre.real, centre.imag
-    state.follow_arc(number, middle, sweep, end)
+    state.follow_arc(number, middle, sweep, end=end)
 
 
 def _pole(state: ControlModes, pole: Mapping[int, float]) -> complex:

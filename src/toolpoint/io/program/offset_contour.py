@@ -158,14 +158,15 @@ def place_parallel(element: ContourElement, offset: float, ends: tuple[complex, 
 
 
 def lead_in_arc(element: ContourElement, offset: float, start: complex) -> ContourElement:
-    """Return the arc from a place of the tool's centre to the end of a contour's arc, beside it by the offset and tangent there.
+    """Return the arc from a place of the tool's centre to the end of a contour's arc, tangent there beside it by the offset.
 
     Its centre lies on the normal of the contour at the end, as far from the start as from the end.
 
     Raises OffsetFault where no such arc turns as the contour's does.
 
-    >>> lead_in_arc(ContourElement(0, 1 + 1j, 1j, math.pi / 2), 0.5, 0).centre
-    (0.25+1j)
+    >>> arc = lead_in_arc(ContourElement(0, 1 + 1j, 1j, math.pi / 2), 0.5, 0)
+    >>> round(abs(arc.start - arc.centre), 6), round(abs(arc.end - arc.centre), 6)
+    (1.25, 1.25)
     """
     tangent = element.tangent(is_end=True)
     end = element.end + 1j * offset * tangent
@@ -173,7 +174,8 @@ def lead_in_arc(element: ContourElement, offset: float, start: complex) -> Conto
     across = (way * normal.conjugate()).real
     radius = abs(way) ** 2 / (2 * across) if across else math.inf
     if not math.isfinite(radius) or radius * element.sweep <= 0 or element.offset_radius(offset) <= 0:
-        raise OffsetFault(f"no arc leads the tool of {1e3 * abs(offset):g} mm radius from where it stands to the end of this one")
+        raise OffsetFault(f"no arc leads the tool of {1e3 * abs(offset):g} mm radius from where it stands to the end of "
+                          "this one")
     centre, turn = end + radius * normal, math.copysign(1.0, element.sweep)
     sweep = (turn * cmath.phase((end - centre) / (start - centre))) % (2 * math.pi)
     return ContourElement(start, end, centre, turn * sweep)

@@ -30,7 +30,6 @@ from toolpoint.io.program.path_rows import (
     end_of,
     moves_in_plane,
     plane_of,
-    plane_point,
     start_of,
 )
 
@@ -39,7 +38,7 @@ if TYPE_CHECKING:
 
 ROUND, LEG, CHAMFER = "rounding", "chamfer by its legs", "chamfer by its length"
 _MIN_TURN = 1e-4  # rad: at flatter corners there is nothing to round
-_MAX_OVERLAP = 1e-8  # m, by which a rounding may reach past the end of its block
+_MAX_CORNER_EXCESS = 1e-8  # m, by which a rounding may reach past the end of its block
 _LEVEL_TOLERANCE = 1e-9  # m
 _SIEMENS_WORD = re.compile(r"\b(RNDM?|CHF|CHR|FRCM?)\s*=\s*")
 _FANUC_WORD = re.compile(r",\s*([RC])\s*=?\s*(?=[-+.\d#\[])")
@@ -47,9 +46,10 @@ _FANUC_WORD = re.compile(r",\s*([RC])\s*=?\s*(?=[-+.\d#\[])")
 
 @dataclass(frozen=True)
 class Corner:
-    """What becomes of a corner: its kind, size (m), line and feed (m/s, zero for that of the block behind it).
+    """Rounding or chamfer of a corner.
 
-    is_modal : where it does not fit or nothing is to be rounded it is left out without a fault.
+    kind; size : m; line : of the program; feed : m/s, zero for that of the block behind it; is_modal : where it does not fit
+    or nothing is to be rounded it is left out without a fault.
     """
 
     kind: str
@@ -88,12 +88,12 @@ def round_corners(segments: Segments, remarks: Remarks) -> None:
         wrong = _question(segments, k, j)
         if not wrong and j is not None:
             try:
-                made = _cut_corner(rows[k], rows[j], corner)
+                replaced = _cut_corner(rows[k], rows[j], corner)
             except OffsetFault as fault:
                 wrong = str(fault)
             else:
-                if made is not None:
-                    rows[k], inserted[j], rows[j] = made
+                if replaced is not None:
+                    rows[k], inserted[j], rows[j] = replaced
                 continue
         if not corner.is_modal:
             remarks.fault(corner.line, 1, f"a {corner.kind} of {1e3 * corner.size:g} mm: {wrong or 'no block follows it'}")
@@ -128,19 +128,19 @@ def _question(segments: Segments, k: int, j: int | None) -> str:
 def _cut_corner(first: Row, second: Row, corner: Corner) -> tuple[Row, Row, Row] | None:
     """Return both rows cut back and what stands between them; nothing at a corner that is flat."""
     plane = plane_of(first)
-    before, behind = element_of(first, plane), element_of(second, plane)
-    turn = cmath.phase(behind.tangent(is_end=False) / before.tangent(is_end=True))
+    entry, following = element_of(first, plane), element_of(second, plane)
+    turn = cmath.phase(following.tangent(is_end=False) / entry.tangent(is_end=True))
     if abs(turn) < _MIN_TURN:
         return None
     if corner.kind == ROUND:
-        centre = join_elements(before, behind, math.copysign(corner.size, turn)).leave
-        leave, begin = _foot(before, centre), _foot(behind, centre)
+        centre = join_elements(entry, following, math.copysign(corner.size, turn)).leave
+        leave, begin = _foot(entry, centre), _foot(following, centre)
     else:
-        if before.centre is not None or behind.centre is not None:
+        if entry.centre is not None or following.centre is not None:
             raise OffsetFault("it stands beside an arc; a chamfer is between straight lines")
         leg = corner.size if corner.kind == LEG else corner.size / (2 * math.cos(turn / 2))
-        centre, leave = None, before.end - leg * before.tangent(is_end=True)
-        begin = behind.start + leg * behind.tangent(is_end=False)
+        centre, leave = None, entry.end - leg * entry.tangent(is_end=True)
+        begin = following.start + leg * following.tangent(is_end=False)
     tail = list(second[PLANE_COLUMN:])
     tail[LINE_COLUMN - PLANE_COLUMN] = corner.line
     tail[FEED_COLUMN - PLANE_COLUMN] = corner.feed or tail[FEED_COLUMN - PLANE_COLUMN]
@@ -150,7 +150,7 @@ def _cut_corner(first: Row, second: Row, corner: Corner) -> tuple[Row, Row, Row]
     else:
         between = (1, *start, *end, *_at(end_of(first), plane, centre),
                    _sweep(leave - centre, begin - centre, math.copysign(1.0, turn)), *tail)
-    return _shortened(first, before, leave, is_end=True), between, _shortened(second, behind, begin, is_end=False)
+    return _shortened(first, entry, leave, is_end=True), between, _shortened(second, following, begin, is_end=False)
 
 
 def _foot(element: ContourElement, place: complex) -> complex:
@@ -169,18 +169,18 @@ def _sweep(start: complex, end: complex, way: float) -> float:
 def _shortened(row: Row, element: ContourElement, place: complex, *, is_end: bool) -> Row:
     """Return a row that ends, or begins, at a place on it; raises OffsetFault where the place is not on it."""
     plane, out = plane_of(row), list(row)
-    far = element.start if is_end else element.end
+    fixed = element.start if is_end else element.end
     if element.centre is None:
         way = element.tangent(is_end=True)
-        rest = ((place - far) * way.conjugate()).real * (1 if is_end else -1)
+        length = ((place - fixed) * way.conjugate()).real * (1 if is_end else -1)
         size = abs(element.end - element.start)
     else:
         radius = abs(element.start - element.centre)
         turn = math.copysign(1.0, element.sweep)
-        angle = _sweep(far - element.centre, place - element.centre, turn if is_end else -turn)
-        rest, size = abs(angle) * radius, abs(element.sweep) * radius
+        angle = _sweep(fixed - element.centre, place - element.centre, turn if is_end else -turn)
+        length, size = abs(angle) * radius, abs(element.sweep) * radius
         out[SWEEP_COLUMN] = turn * abs(angle)
-    if rest < -_MAX_OVERLAP or rest > size + _MAX_OVERLAP:
+    if length < -_MAX_CORNER_EXCESS or length > size + _MAX_CORNER_EXCESS:
         raise OffsetFault("the block beside it is too short for it")
     column = END_COLUMN if is_end else START_COLUMN
     out[column + plane[0]], out[column + plane[1]] = place.real, place.imag

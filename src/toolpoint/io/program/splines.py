@@ -1,7 +1,7 @@
 """Splines of LinuxCNC (G5 cubic, G5.1 quadratic) as chords within a micrometre.
 
-A curve of degree n with control points P_k is a Bezier curve; of a part 1/m of it the chord lies within |B''|/(8 m^2) of it, and
-|B''| is at most n (n - 1) times the largest second difference of the control points.
+A curve of degree n with control points P_k is a Bezier curve; of a part 1/m of it the chord lies within |B''|/(8 m^2) of it,
+and |B''| is at most n (n - 1) times the largest second difference of the control points.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ def divide_curve(points: list[complex], tolerance: float) -> list[complex]:
     return ends
 
 
-def follow_spline(state: ControlModes, number: int, code: float, places: Mapping[str, tuple[str, float]],
+def follow_spline(state: ControlModes, number: int, code: float, *, places: Mapping[str, tuple[str, float]],
                   numbers: Mapping[str, float]) -> None:
     """Add the chords of a block G5 (I J P Q) or G5.1 (I J); what cannot be followed is a fault."""
     if state.plane != 17 or not state.frame.is_identity or state.compensation.side or state.centre.word or "Z" in places:

@@ -103,16 +103,16 @@ def question_loads(blocks: BlockTable, removed: RemovedMaterial, laid: ProgramPa
 def _question_chips(blocks: BlockTable, removed: RemovedMaterial, laid: ProgramPath) -> list[Doubt]:
     """Doubt feeds of a tooth that no tool takes: S or F is not what was meant."""
     shape_index = laid.moves.rows[removed.piece, 12].astype(int)
-    widest = np.zeros(blocks.line.size)
-    np.maximum.at(widest, laid.moves.block[removed.piece], _diameters(removed, shape_index))
+    diameter_of = np.zeros(blocks.line.size)
+    np.maximum.at(diameter_of, laid.moves.block[removed.piece], _diameters(removed, shape_index))
     chip = blocks.loads["chip"]
-    ratio = chip / np.where(widest > 0, widest, np.inf)
+    ratio = chip / np.where(diameter_of > 0, diameter_of, np.inf)
     if ratio.max(initial=0.0) <= MAX_CHIP_RATIO:
         return []
     k = int(ratio.argmax())
-    return [Doubt("chips", f"line {blocks.line[k]} feeds {1e3 * chip[k]:.3g} mm a tooth with a tool of {1e3 * widest[k]:.3g} mm "
-                  f"({laid.speed[k]:g} rev/min, {60e3 * laid.feed[k]:.4g} mm/min)", "S, F or the unit is not what was meant",
-                  figure=float(ratio[k]), grave=True)]
+    return [Doubt("chips", f"line {blocks.line[k]} feeds {1e3 * chip[k]:.3g} mm a tooth with a tool of "
+                  f"{1e3 * diameter_of[k]:.3g} mm ({laid.speed[k]:g} rev/min, {60e3 * laid.feed[k]:.4g} mm/min)",
+                  "S, F or the unit is not what was meant", figure=float(ratio[k]), grave=True)]
 
 
 def _diameters(removed: RemovedMaterial, shape_index: np.ndarray) -> np.ndarray:

@@ -65,8 +65,9 @@ class BlockTable:
 def refuse_hazards(hazards: Sequence[Doubt]) -> None:
     """Raise ToolpointError for a program with doubts that no speed and feed cures: it is not written anew."""
     if hazards:
-        more = f" (and {len(hazards) - 1} more)" if len(hazards) > 1 else ""
-        raise ToolpointError(f"the program must not be run, and no speed or feed mends it: {hazards[0]}{more}; nothing was written")
+        others = f" (and {len(hazards) - 1} more)" if len(hazards) > 1 else ""
+        raise ToolpointError(f"the program must not be run, and no speed or feed mends it: {hazards[0]}{others}; nothing was "
+                             "written")
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,11 +107,11 @@ class MachiningStudy(NotebookText):
     def advised_words(self) -> tuple[dict[int, float], dict[int, float]]:
         """Factors on the words S and F by line.
 
-        Raises ToolpointError without advice, and for a program that must not be run at any speed: see `hazards`.
+        Raises ToolpointError for a program that must not be run at any speed, see `hazards`, and without advice.
         """
+        refuse_hazards(self.hazards)
         if self.advice is None:
             raise ToolpointError("advice: none was made")
-        refuse_hazards(self.hazards)
         return self.advice.speed, self.advice.feed
 
     @property

@@ -172,7 +172,8 @@ def describe_part(description: MachineDescription, held: Sequence[str], *, dampi
     if coarse is not None and coarse.element_count > _MAX_COARSE_SHARE * model.element_count:
         coarse = None  # boxes of one element are meshed alike
     unused = [key for key, joint in description.joints.items()
-              if name in (joint.parent, joint.child) and joint.stiffness and (joint.child != name or joint.child_interface not in held)]
+              if name in (joint.parent, joint.child) and joint.stiffness
+              and (joint.child != name or joint.child_interface not in held)]
     doubts = [Doubt("clamping of the work", f"the springs of {', '.join(unused)} are left out: they are at no face of `held`",
                     "name the interface that they hold")] if unused else []
     return ClampedPart(model, tuple(places), damping_ratio, stage_change, coarse, description.name, tuple(doubts),
@@ -181,10 +182,10 @@ def describe_part(description: MachineDescription, held: Sequence[str], *, dampi
 
 def _spring(place: SolidPlace, key: str, joint: JointDescription) -> ClampSpring:
     """Return the springs of a joint at a face: all six directions must have a stiffness, as none is locked there."""
-    missing = [way for way in DIRECTIONS if way not in joint.stiffness]
-    if missing:
-        fail("held", f"{key}: stiffness without {', '.join(missing)}", "must have all six directions: a face on springs is locked "
-             "in none", remedy="give them, or leave stiffness out for a face that does not move")
+    rigid = [way for way in DIRECTIONS if way not in joint.stiffness]
+    if rigid:
+        fail("held", f"{key}: stiffness without {', '.join(rigid)}", "must have all six directions: a face on springs is "
+             "locked in none", remedy="give them, or leave stiffness out for a face that does not move")
     turn = np.kron(np.eye(2), from_euler("zyx", joint.frame.rotation))
     stiffness = turn @ np.diag([joint.stiffness[way] for way in DIRECTIONS]) @ turn.T
     factors = joint.loss_factor if isinstance(joint.loss_factor, float | int) else max(joint.loss_factor.values(), default=0.0)
