@@ -17,7 +17,7 @@ from toolpoint._notebook import NotebookText
 from toolpoint.vibration.frf import Frf
 from toolpoint.vibration.modes import Modes
 
-FREQUENCY_WEIGHT = 0.2  # MAC that a factor e of frequency weighs in a pairing
+PAIRING_FREQUENCY_WEIGHT = 0.2  # MAC that a factor e of frequency weighs in a pairing
 ALIKENESS_WEIGHT = 2.0  # MAC that a factor e of frequency weighs more where all shapes of a set are alike
 MAX_LOG_DISTANCE = 2.0  # of frequencies: farther apart weighs no more
 MAX_ROUNDING = 1e-13  # of the largest response of a set, below which a response is the rounding of a computation
@@ -193,7 +193,7 @@ def pair_modes(first: Modes, second: Modes, lowest_mac: float = 0.5, *, frequenc
     shift = np.abs(first.frequency[:, None] - second.frequency) / np.maximum(first.frequency[:, None], 1e-12)
     allowed = (matrix >= lowest_mac) & (shift <= frequency_shift)
     # What a pair loses by its frequencies never makes it worse than no pair.
-    weight = FREQUENCY_WEIGHT + ALIKENESS_WEIGHT * max(_alikeness(each.shape_at(common)) for each in (first, second))
+    weight = PAIRING_FREQUENCY_WEIGHT + ALIKENESS_WEIGHT * max(_alikeness(each.shape_at(common)) for each in (first, second))
     score = matrix + weight * (MAX_LOG_DISTANCE - _log_distance(first, second))
     rows, columns = scipy.optimize.linear_sum_assignment(np.where(allowed, score, 0.0), maximize=True)
     is_pair = allowed[rows, columns]
@@ -203,7 +203,7 @@ def pair_modes(first: Modes, second: Modes, lowest_mac: float = 0.5, *, frequenc
                    tuple(sorted(set(range(second.count)) - set(pairs[:, 1].tolist()))))
 
 
-def assign_modes(first: Modes, second: Modes, frequency_weight: float = FREQUENCY_WEIGHT
+def assign_modes(first: Modes, second: Modes, frequency_weight: float = PAIRING_FREQUENCY_WEIGHT
                  ) -> tuple[IndexArray, IndexArray, FloatArray]:
     """Return indices of pairs in both sets and their MAC, (n,) each: every mode of the smaller set has a partner.
 

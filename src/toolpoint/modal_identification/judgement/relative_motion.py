@@ -51,7 +51,7 @@ class Significance:
 
     @property
     def status(self) -> str:
-        """Which modes move the points against each other, and which hardly do, in a sentence."""
+        """Sentence of the modes that move the points against each other, and of those that hardly do."""
         plus, minus = self.points
         selected = [f"{f:.4g}" for f in self.selected().frequency]
         if not selected:
@@ -107,7 +107,7 @@ def significance(modes: Modes, plus: str | int, minus: str | int, *, directions:
     """
     if modes.frequency.ndim > 1:
         fail("modes", f"{modes.frequency.shape[0]} poses", "must be one pose", remedy="use at_pose(i)")
-    axes = tuple(shared_directions(modes.dofs, plus, minus) if directions is None else directions)
+    axes = tuple(common_directions(modes.dofs, plus, minus) if directions is None else directions)
     relative = np.array([_motion(modes, plus, way) - _motion(modes, minus, way) for way in axes])
     square = np.abs(relative.T) ** 2
     w, zeta = modes.omega, np.maximum(np.abs(modes.damping_ratio), 1e-6)
@@ -122,7 +122,7 @@ def significance(modes: Modes, plus: str | int, minus: str | int, *, directions:
     return Significance(modes, (str(plus), str(minus)), axes, peak, share)
 
 
-def shared_directions(dofs: Iterable[Dof], plus: str | int, minus: str | int) -> list[str]:
+def common_directions(dofs: Iterable[Dof], plus: str | int, minus: str | int) -> list[str]:
     """Return those of x, y and z along which both points were measured; refuse a point without any, or two that share none."""
     labels = list(dofs)
     measured = {str(point): {dof.direction[-1] for dof in labels if str(dof.point) == str(point) and len(dof.direction) == 2}

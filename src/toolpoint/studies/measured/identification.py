@@ -7,7 +7,7 @@ from dataclasses import replace
 from toolpoint._check import ToolpointError
 from toolpoint._doubt import Doubt
 from toolpoint.modal_identification import Identification, PoleChoice, identify, significance
-from toolpoint.modal_identification.judgement.relative_motion import shared_directions
+from toolpoint.modal_identification.judgement.relative_motion import common_directions
 from toolpoint.modal_identification.judgement.series_agreement import question_series
 from toolpoint.signals.doubts import question
 from toolpoint.signals.usable_band import usable_band
@@ -34,7 +34,7 @@ def identify_modes(frf: Frf, method: str = "refined", band: tuple[float, float] 
     [80.0]
     """
     if between is not None:  # A wrong name is told before the long fit.
-        shared_directions(frf.outputs, *between)
+        common_directions(frf.outputs, *between)
     result = _questioned(frf, method, band, choice=choice, sensor_mass=sensor_mass)
     return result if between is None else replace(result, tool_motion=significance(result.modes, *between))
 

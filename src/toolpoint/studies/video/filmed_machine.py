@@ -135,10 +135,10 @@ def _with_responses(answer: VideoUpdate, machine: Machine, record: Frf | Record 
     """Return the update with measured responses beside the machine's, where they were measured at its points."""
     if not isinstance(record, Frf):
         return answer
-    if missing := points_missing(machine, record):
-        return replace(answer, response_note=f"FRAC: {', '.join(missing[:4])} of the measured responses are no points of the "
-                                             "machine; name them in its file under 'points:'")
-    return replace(answer, responses=compare_updated(machine, answer.machine, record, band))
+    if absent_points := points_missing(machine, record):
+        return replace(answer, response_note=f"FRAC: {', '.join(absent_points[:4])} of the measured responses are no points of "
+                                             "the machine; name them in its file under 'points:'")
+    return replace(answer, responses=compare_updated(machine, answer.machine, record, band=band))
 
 
 def shape_warp(video: VideoStudy) -> ShapeWarp:

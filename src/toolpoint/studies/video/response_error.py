@@ -46,8 +46,8 @@ class ResponseError(NotebookText):
         """Return path, least error and its factor, greatest error and its factor; what moves the error most first."""
         result = []
         for i in self.ranking.tolist():
-            least, most = int(self.error[i].argmin()), int(self.error[i].argmax())
-            result.append([self.paths[i], *(text for k in (least, most) for text in (
+            ends = int(self.error[i].argmin()), int(self.error[i].argmax())
+            result.append([self.paths[i], *(text for k in ends for text in (
                 f"{100 * self.error[i, k]:.3g} %", number_text(float(self.factors[k]), digits=3)))])
         return result
 
@@ -73,8 +73,8 @@ class UpdatedResponses(NotebookText):
 
     def rows(self) -> list[list[str]]:
         """Return every response with its FRAC before and after."""
-        before, after = (correlation.frac(self.measured, each) for each in (self.before_update, self.after_update))
-        return [[f"{output} / {source}", f"{before[i, k]:.4f}", f"{after[i, k]:.4f}"]
+        old_frac, new_frac = (correlation.frac(self.measured, each) for each in (self.before_update, self.after_update))
+        return [[f"{output} / {source}", f"{old_frac[i, k]:.4f}", f"{new_frac[i, k]:.4f}"]
                 for i, output in enumerate(self.measured.outputs) for k, source in enumerate(self.measured.inputs)]
 
     def table(self) -> str:
@@ -86,15 +86,15 @@ class UpdatedResponses(NotebookText):
         return {"frac": self.rows(), "error": self.error.to_dict()}
 
 
-def compare_updated(before: Machine, after: Machine, measured: Frf, band: tuple[float, float] | None = None
+def compare_updated(original: Machine, updated: Machine, measured: Frf, *, band: tuple[float, float] | None = None
                     ) -> UpdatedResponses:
     """Return measured responses beside those of a machine before and after its update; all at points of the machine.
 
     band : (low, high), Hz; all lines above 0 Hz where left out.
     """
-    low, high = (0.0, np.inf) if band is None else band
-    test = measured.between(max(low, float(measured.frequency[measured.frequency > 0].min())), high)
-    return UpdatedResponses(test, _response(before, test), _response(after, test), sweep_response_error(after, [test]))
+    ends = (0.0, np.inf) if band is None else band
+    test = measured.between(max(ends[0], float(measured.frequency[measured.frequency > 0].min())), ends[1])
+    return UpdatedResponses(test, _response(original, test), _response(updated, test), sweep_response_error(updated, [test]))
 
 
 def sweep_response_error(machine: Machine, tests: Sequence[Frf], paths: Sequence[str] = ()) -> ResponseError:
@@ -107,16 +107,17 @@ def sweep_response_error(machine: Machine, tests: Sequence[Frf], paths: Sequence
         for way, value in getattr(joint, kind).items() if value)
     chosen = np.unique(np.linspace(0, tests[0].frequency.size - 1, MAX_SWEPT_LINES).round().astype(int))
     lines = tests[0].frequency[chosen]
-    values = [test.converted_to("receptance").values[chosen] for test in tests]
+    quantity = tests[0].quantity  # as measured: integrating accelerances would weigh the noise of the lowest lines
+    values = [test.converted_to(quantity).values[chosen] for test in tests]
 
     def error_of(model: Machine) -> float:
         # One solution for all tests: their outputs and inputs together.
         outputs, inputs = (tuple(dict.fromkeys(dof for test in tests for dof in labels(test)))
                            for labels in (lambda test: test.outputs, lambda test: test.inputs))
-        response = frequency_response.direct(assemble(model, None, outputs, inputs=inputs), lines)
-        apart = sum(float((np.abs(response.selected(test.outputs, test.inputs).values - value) ** 2).sum())
+        response = frequency_response.direct(assemble(model, None, outputs, inputs=inputs), lines, quantity)
+        misfit = sum(float((np.abs(response.selected(test.outputs, test.inputs).values - value) ** 2).sum())
                     for test, value in zip(tests, values, strict=True))
-        return float(np.sqrt(apart / sum(float((np.abs(value) ** 2).sum()) for value in values)))
+        return float(np.sqrt(misfit / sum(float((np.abs(value) ** 2).sum()) for value in values)))
 
     error = np.array([[error_of(machine.with_values({name: factor * machine.value(name)})) for factor in SWEPT_FACTORS]
                       for name in names]).reshape(len(names), SWEPT_FACTORS.size)
