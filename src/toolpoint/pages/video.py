@@ -26,6 +26,7 @@ from toolpoint.vision.magnification.writing import eight_bits, encode_moving, en
 
 # Pictures of one period of a shape; modes shown; pixels of the longer side of a picture; frames of the clip.
 PERIOD_PICTURES, MAX_SHOWN_MODES, MAX_PICTURE_SIDE, MAX_CLIP_PICTURES = 12, 4, 720, 36
+MAX_DRAWN_RESPONSES, MIN_DRAWN_RESPONSE = 4, 1e-6  # pairs of measured responses, the strongest; of the largest, the least one
 # Largest motion of a drawn shape, as a fraction of the picture's longer side.
 DRAWN_MOTION_FRACTION = 0.03
 
@@ -127,9 +128,15 @@ def _measured_responses(report: Report, result: VideoUpdate) -> Report:
     """Return the report with measured responses beside the machine's, or with why there are none."""
     if result.responses is None:
         return report.with_section("Measured responses", Notes([result.response_note], "note"))
-    chart = bode({"measured": result.responses.measured, "before": result.responses.before_update,
-                  "updated": result.responses.after_update})
-    return report.with_section("Measured responses", Table(FRAC_HEADER, result.responses.rows()), Chart(chart),
+    named = {"measured": result.responses.measured, "before": result.responses.before_update,
+             "updated": result.responses.after_update}
+    # The strongest pairs alone: between planes that do not couple there is only rounding to draw.
+    strength = np.abs(result.responses.measured.values).max(axis=0)
+    order = np.argsort(-strength, axis=None)[:MAX_DRAWN_RESPONSES]
+    charts = [Chart(bode({name: frf.selected([int(row)], [int(column)]) for name, frf in named.items()}))
+              for row, column in zip(*np.unravel_index(order, strength.shape), strict=True)
+              if strength[row, column] > MIN_DRAWN_RESPONSE * strength.max()]
+    return report.with_section("Measured responses", Table(FRAC_HEADER, result.responses.rows()), *charts,
                                *_error_parts(result.responses.error))
 
 

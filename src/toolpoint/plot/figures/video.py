@@ -123,5 +123,5 @@ def plot_response_error(error: ResponseError) -> go.Figure:
                           hovertemplate="%{x:.3g} times<br>%{y:.3g} %<extra>" + name + "</extra>")
     chart.update_xaxes(title_text="Factor of the parameter", type="log")
     chart.update_yaxes(title_text="Error of the responses, %", rangemode="tozero")
-    chart.update_layout(legend={"orientation": "h", "y": -0.25, "yanchor": "top", "x": 0})
+    chart.update_layout(legend={"orientation": "h", "y": -0.35, "yanchor": "top", "x": 0})
     return chart

@@ -72,7 +72,7 @@ def part_poles(poles: Modes, decay: FreeDecay) -> tuple[Modes, tuple[str, ...]]:
         neighbour_names = ", ".join(f"{poles.frequency[k]:.2f} Hz" for k in neighbours[faintest] if k != faintest)
         share = 100 * max(shares[faintest], 0.0)
         notes.append(f"{poles.frequency[faintest]:.2f} Hz of the record is left out: beside {neighbour_names} it explains "
-                     f"{share:.1g} % of what this video shows there, and {frames / decay.frame_rate:.2g} s do not tell them apart")
+                     f"{share:.1g} % of what this video shows there; {frames / decay.frame_rate:.2g} s do not part them")
 
 
 def _responses(record: Record) -> Frf:
