@@ -26,7 +26,7 @@ from toolpoint.vision.magnification.writing import eight_bits, encode_moving, en
 
 # Pictures of one period of a shape; modes shown; pixels of the longer side of a picture; frames of the clip.
 PERIOD_PICTURES, MAX_SHOWN_MODES, MAX_PICTURE_SIDE, MAX_CLIP_PICTURES = 12, 4, 720, 36
-MAX_DRAWN_RESPONSES, MIN_DRAWN_RESPONSE = 4, 1e-6  # pairs of measured responses, the strongest; of the largest, the least one
+MAX_DRAWN_PAIRS, MIN_DRAWN_RATIO = 4, 1e-6  # pairs of measured responses, the strongest; of the largest, the least one
 # Largest motion of a drawn shape, as a fraction of the picture's longer side.
 DRAWN_MOTION_FRACTION = 0.03
 
@@ -132,10 +132,10 @@ def _measured_responses(report: Report, result: VideoUpdate) -> Report:
              "updated": result.responses.after_update}
     # The strongest pairs alone: between planes that do not couple there is only rounding to draw.
     strength = np.abs(result.responses.measured.values).max(axis=0)
-    order = np.argsort(-strength, axis=None)[:MAX_DRAWN_RESPONSES]
+    order = np.argsort(-strength, axis=None)[:MAX_DRAWN_PAIRS]
     charts = [Chart(bode({name: frf.selected([int(row)], [int(column)]) for name, frf in named.items()}))
               for row, column in zip(*np.unravel_index(order, strength.shape), strict=True)
-              if strength[row, column] > MIN_DRAWN_RESPONSE * strength.max()]
+              if strength[row, column] > MIN_DRAWN_RATIO * strength.max()]
     return report.with_section("Measured responses", Table(FRAC_HEADER, result.responses.rows()), *charts,
                                *_error_parts(result.responses.error))
 

@@ -98,8 +98,8 @@ def chatter_map(
                              work)
     store = None if folder is None else Path(folder)
     result = _assemble_map(_run_chains(function, places, engine, store, progress), places, angles, n, used)
-    of_work = () if work is None else (*work.notes, f"the work gives way too, by {work.what}, alike at every pose; it is taken to "
-                                       "stand on a structure that the machine does not move")
+    of_work = () if work is None else (*work.notes, f"the work gives way too, by {work.what}, alike at every pose; it is taken "
+                                       "to stand on a structure that the machine does not move")
     result = replace(result, notes=(*question_tool_seat(machine), *of_work, *result.notes))
 
     def limits(sample: Machine) -> FloatArray:
