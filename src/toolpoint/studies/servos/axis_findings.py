@@ -100,8 +100,8 @@ def _interval_words(interval: tuple[float, float]) -> str:
     """Return a 95 % interval in brackets, nothing where it is not known."""
     if not np.isfinite(interval).all():
         return ""
-    low, high = (f"{end:.4g}" for end in interval)
-    return f" ({low} to {high})" if low != high else " (its interval is within the last digit)"
+    ends = [f"{end:.4g}" for end in interval]
+    return f" ({' to '.join(ends)})" if ends[0] != ends[1] else " (its interval is within the last digit)"
 
 
 def judge_axis(record: AxisRecord, axis: str) -> AxisFindings | None:
