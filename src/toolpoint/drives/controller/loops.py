@@ -222,6 +222,18 @@ def compute_loops(servo: Servo, friction_slope: FloatArray | None = None) -> Ser
     ----------
     friction_slope : (n_laws,) floats, optional
         dF/dv of every dry friction law at the working point (N s/m or N m s/rad), zero where left out.
+
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> import numpy as np
+    >>> from toolpoint import io
+    >>> from toolpoint.drives import build_servo
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     drives = io.read_drives(io.write_template(Path(folder, "servo.yaml"), "servo"))
+    >>> position = compute_loops(build_servo(drives, warn=False)).position.closed
+    >>> rest = np.linalg.solve(np.eye(position.size) - position.a, position.b)  # at a constant set point z = 1
+    >>> (position.c @ rest + position.d).round(6).tolist()  # both axes arrive, and neither moves the other
+    [[1.0, 0.0], [0.0, 1.0]]
     """
     levels = _Levels(servo, friction_slope)
     return ServoLoops(levels.level(0), levels.level(1), levels.level(2))
