@@ -27,6 +27,8 @@ _MIN_DIRECTION_FRACTION = 0.02
 _NAN = float("nan")
 _UNKNOWN = (_NAN, _NAN)
 
+PER_CENT_NOTE = ("the load is in % of what the drive calls 100 % (its rated torque or current): friction and offset are shares "
+                 "of it")
 
 @dataclass(frozen=True, eq=False)
 class AxisFindings:
@@ -133,6 +135,7 @@ def judge_axis(record: AxisRecord, axis: str) -> AxisFindings | None:
         doubts += cut_off(force) + load_doubts(speed if actual is None else actual, load, time, actual=actual is not None)
         dry = (levels[0][0] - levels[1][0]) / 2 if line is None else line.dry
         doubts += _question_swings(runs, load, time, dry=dry, unit=force.unit)
+        notes += [PER_CENT_NOTE] if force.unit == "%" else []
     elif runs.velocity.size:
         notes.append("no current or torque is recorded: nothing is said of friction")
     if not runs.velocity.size:
