@@ -14,7 +14,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -37,21 +37,25 @@ def _activated_environment() -> Iterator[None]:
         os.environ["PATH"] = before
 
 
-def run_tutorial(page: Path) -> int:
-    """Run the blocks of a page in a folder of its own and return how many there were; whatever fails is raised."""
+def run_tutorial(page: Path, after_block: Callable[[int, Path], None] = lambda count, folder: None) -> int:
+    """Run the blocks of a page in a folder of its own and return how many there were; whatever fails is raised.
+
+    after_block : called with the number of blocks that have run, and the folder of all that they wrote.
+    """
     names: dict[str, Any] = {"__name__": "tutorial"}
     blocks = blocks_of(page)
     with tempfile.TemporaryDirectory() as scratch, contextlib.chdir(scratch), _activated_environment():
         folder, place_file = Path(scratch, "empty").resolve(), Path(scratch, "place").resolve()
         folder.mkdir()
         os.chdir(folder)
-        for language, text in blocks:
+        for count, (language, text) in enumerate(blocks, start=1):
             if language == "python":
                 exec(compile(text, f"{page.name}", "exec"), names)
             else:
                 subprocess.run(["bash", "-euc", f'{text}\npwd > "$PLACE_FILE"'], check=True,
                                env={**os.environ, "PLACE_FILE": str(place_file)})
                 os.chdir(place_file.read_text(encoding="utf-8").rstrip("\n"))
+            after_block(count, folder)
     return len(blocks)
 
 

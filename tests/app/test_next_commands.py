@@ -32,13 +32,16 @@ def test_what_is_named_exists(name):
                   and parameter.required}
         assert needed <= set(words), f"{template} cannot be typed without {needed - set(words)}"
         has_arguments = any(isinstance(parameter, click.Argument) and parameter.required for parameter in following.params)
+        takes_several = any(isinstance(parameter, click.Argument) and parameter.nargs == -1 for parameter in following.params)
+        is_argument = "{files}" in words and not words[words.index("{files}") - 1].startswith("--")
+        assert takes_several or not is_argument, f"{template} takes one file"
         assert not has_arguments or (len(words) > 1 and not words[1].startswith("-")), template
 
 
 def test_only_what_was_given_is_named_and_names_are_quoted_for_a_shell():
     assert next_commands("lobes", {"machine": None, "modes": "my modes.h5", "cut_teeth": 4}) == [
         "mill --modes 'my modes.h5' --teeth 4 --speed SPEED --depth DEPTH", "listen CUT.wav --teeth 4 --speed SPEED"]
-    assert next_commands("drift", {"files": [f"{i}.h5" for i in range(9)], "machine": None}) == []
+    assert next_commands("frf", {"files": [f"{i}.h5" for i in range(9)], "save": None}) == []
 
 
 def test_no_command_names_itself_again_as_it_was_given():

@@ -1,6 +1,7 @@
 """What is published beside the package says what the package says: versions, dependencies, licence, supported Pythons."""
 
 import importlib.util
+import json
 import re
 import sys
 import tomllib
@@ -41,6 +42,21 @@ def test_recipe_asks_for_the_dependencies_of_the_package():
 
 def test_recipe_starts_the_same_command():
     assert f"toolpoint = {PROJECT['scripts']['toolpoint']}" in _recipe()["build"]["python"]["entry_points"]
+
+
+def test_the_recipe_is_read_by_the_program_that_builds_it():
+    """Where that is installed (py-rattler-build): the package does not need it."""
+    builder = pytest.importorskip("rattler_build")
+    recipe = builder.Stage0Recipe.from_yaml((ROOT / "packaging/conda/recipe.yaml").read_text(encoding="utf-8"))
+    assert type(recipe).__name__ == "SingleOutputRecipe"
+
+
+def test_the_container_asks_for_extras_that_there_are_and_known_instructions_alone():
+    lines = [line for line in (ROOT / "packaging/Containerfile").read_text(encoding="utf-8").splitlines()
+             if line and not line.startswith("#")]
+    assert [line.split()[0] for line in lines] == ["FROM", "COPY", "RUN", "WORKDIR", "ENTRYPOINT"]
+    assert "app" in (extras := re.search(r"/source\[([\w,]+)\]", lines[2])[1].split(","))
+    assert set(extras) <= PROJECT["optional-dependencies"].keys() and json.loads(lines[4].split(" ", 1)[1]) == ["toolpoint"]
 
 
 @pytest.mark.parametrize("name", ["packaging/Containerfile", ".github/workflows/tests.yml", "SECURITY.md"])

@@ -65,6 +65,20 @@ def test_a_record_of_known_friction_and_gain():
     assert data.table().startswith("doubt:")
 
 
+def test_a_scope_with_german_names_and_a_load_in_per_cent_gives_what_was_put_in(tmp_path):
+    """Dry friction 12 %, 50 % per m/s, K_v 30 1/s: the units and names of a control's own scope."""
+    speed = np.repeat([5.0, -5, 20, -20, 60, -60, 150, -150], 400)  # mm/s
+    place, rng = np.cumsum(speed) * 2e-3, np.random.default_rng(3)
+    columns = np.c_[2.0 * np.arange(speed.size), place, place - speed / 30, 60 * speed,
+                    12 * np.sign(speed) + 0.05 * speed + rng.normal(0, 0.5, speed.size)]
+    rows = [";".join(f"{value:.5f}" for value in row).replace(".", ",") for row in columns]
+    head = "Name;Messung\n\nZeit [ms];X.SollPos [mm];X.IstPos [mm];X.SollGeschw [mm/min];X.Drehmoment [%]"
+    found = judge_servo_data(read_servo_data(write(tmp_path, "\n".join([head, *rows])))).axes[0]
+    assert found.velocity_gain == pytest.approx(30, rel=1e-3) and found.force_unit == "%"
+    low, high = found.friction.dry_interval
+    assert low < 12 < high and high - low < 0.5 and any("rated torque" in note for note in found.notes)
+
+
 def test_a_sign_that_is_turned_is_said():
     data = judge_servo_data(record_of(-1.2 * np.sign(SPEED) - 4 * SPEED, SPEED / 25))
     assert any("opposite signs" in words for words in data.axes[0].doubts)

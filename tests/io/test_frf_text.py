@@ -165,3 +165,13 @@ def test_names_that_say_nothing_are_noted_and_counts_above_the_table_are_no_tabl
     frf = frf_table.read(path)
     np.testing.assert_array_equal(frf.values[:, 0, 0], TRUE)
     assert any("taken as Hz, real, imaginary" in note for note in frf.notes)
+
+
+@pytest.mark.parametrize(("columns", "words"), [
+    (lambda k: (k / 10000, 0.1, 0.2), "runs to 0.06 in 599 steps of 0.0001: these are times"),
+    (lambda k: ((-1) ** k, 0.2, k / 10000), "the first column does not increase"), ])
+def test_a_record_without_names_is_told_how_to_name_its_columns(tmp_path, columns, words):
+    (tmp_path / "a.txt").write_text("\n".join(" ".join(map(str, columns(k))) for k in range(600)))
+    with pytest.raises(FileFaults, match=r"time .s.,force .N.,acceleration") as refused:
+        frf_table.read(tmp_path / "a.txt")
+    assert words.replace("0.06", "0.0599") in str(refused.value) and len(refused.value.faults) == 1

@@ -80,3 +80,13 @@ def test_a_sample_left_out_among_rounded_times_is_refused(tmp_path, missing):
     path.write_text("time [s],ax [m/s^2]\n" + "".join(f"{k / 800:.4f},1\n" for k in range(2000) if k != missing))
     with pytest.raises(ToolpointError, match="does not run evenly"):
         record_table.read(path)
+
+
+@pytest.mark.parametrize("count", ["Sample", "Nr.", '"Index"'])
+@pytest.mark.parametrize("end", ["\n", "\r", "\r\n"])
+def test_numbers_of_the_samples_before_their_times_say_nothing(tmp_path, count, end):
+    path = tmp_path / "r.csv"
+    lines = [f"{count},Time (ms),Fx [N]", *(f"{k},{2 * k},{k + 1}" for k in range(5))]
+    path.write_bytes(end.join(lines).encode("utf-8-sig"))
+    record = record_table.read(path)
+    assert holds_records(path) and record.sample_rate == pytest.approx(500) and record.samples[:, 0].tolist() == [1, 2, 3, 4, 5]

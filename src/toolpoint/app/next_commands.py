@@ -41,7 +41,7 @@ NEXT_COMMANDS: dict[str, tuple[str, ...]] = {
                   "MOVING.csv{!moving}", "sensitivity {machine}"),
     "joints": ("report {written}", "next-test {written}", "joints {files} --components {components} --machine found.yaml"),
     "next-test": ("plan {machine} --test test.yaml --geometry points.csv",),
-    "drift": ("compare BEFORE.h5 {files}", "sensitivity {machine}"),
+    "drift": ("compare BEFORE.h5 LATER.h5", "sensitivity {machine}"),
     "modes": ("frf {machine}", "sensitivity {machine}"),
     "map": ("map-chatter {machine} --axis AXIS=LOW:HIGH:7", "lobes {machine}"),
     "map-chatter": ("lobes {machine} --pose AXIS=POSITION", "sensitivity {machine}"),

@@ -52,6 +52,12 @@ def write_demo(folder: str | Path, *, turned: bool = True) -> Path:
     """Write the project of a virtual mill with the raw records of its hammer test, and return its project file.
 
     `turned` : whether one sensor is mounted the wrong way round. Raises ToolpointError for a folder that is there.
+
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     place = write_demo(f"{folder}/mill")
+    ...     print(place.name, len(list((place.parent / "records").glob("*.csv"))), "records")
+    project.yaml 44 records
     """
     place = Path(folder)
     if place.exists() and any(place.iterdir()):

@@ -47,9 +47,13 @@ def study_machine_and_responses(machine: Machine | None = None, frf: Frf | None 
     machine's lobes, the exact engine where left out.
     Raises ToolpointError where neither is given.
 
-    Examples
-    --------
-    Runs in ``examples/report_measured_responses.py``.
+    >>> from toolpoint.machine import build
+    >>> from toolpoint.machine.description import BodyDescription, InertiaDescription, JointDescription, MachineDescription
+    >>> joint = JointDescription("ground", "head", stiffness={"x": 1e7, "y": 2e7, "z": 4e7})
+    >>> head = BodyDescription(100.0, inertia=InertiaDescription(1.0, 1.0, 1.0))
+    >>> look = study_machine_and_responses(build(MachineDescription("slide", {"head": head}, {"slide": joint})))
+    >>> look.machine.frequency.round(2).tolist(), look.machine.gaps  # sqrt(k/m)/(2 pi)
+    ([50.33, 71.18, 100.66], ("No tool-point FRFs: the machine file names no 'tool' point.",))
     """
     if machine is None and frf is None:
         raise ToolpointError("first look: neither a machine nor responses given; needs at least one of them")

@@ -85,14 +85,14 @@ _WORDS: tuple[tuple[str, tuple[str, ...]], ...] = (
     ("following_error", ("FLWERR", "FOLLOWING ERROR", "FOLLOW ERR", "FOLLERR", "S DIFF", "SCHLEPP", "POS DIFF",
                          "POSDIFF")),
     ("position_set", ("CMDPOS", "S SOLL", "POSITION SET", "POS SET", "POSSET", "SETPOS", "SET POS", "POS CMD", "POSCMD",
-                      "TARGET POS", "POSITION SOLL", "S NOM", " S SET")),
-    ("velocity_set", ("CMDVEL", "V SOLL", "VELOCITY SET", "SETVELO", "VEL SET", "VELSET", "SPEED SET",
-                      "V NOM", " V SET")),
+                      "TARGET POS", "POSITION SOLL", "SOLLPOS", "SOLL POS", "LAGE SOLL", "SOLLLAGE", "S NOM", " S SET")),
+    ("velocity_set", ("CMDVEL", "V SOLL", "VELOCITY SET", "SETVELO", "VEL SET", "VELSET", "SPEED SET", "SOLLGESCHW",
+                      "SOLL GESCHW", "SOLLVEL", "V NOM", " V SET")),
     ("acceleration_set", ("CMDACC", "A SOLL", "ACCELERATION SET", "SETACC", "ACC SET")),
     ("current", ("ACTCURR", "I IST", "CURRENT", "STROM", "I Q", " IQ")),
     ("torque", ("TORQUE", "MOMENT", "M IST")),
-    ("velocity", ("ACTVELMOT", "V IST", "ACTVELO", "VELOCITY", "SPEED", "VEL", "V ACT")),
-    ("position", ("MEASPOS2", "MEASPOS", "S IST", "ACTPOS", "POSITION", "POS", "S ACT")))
+    ("velocity", ("ACTVELMOT", "V IST", "ACTVELO", "VELOCITY", "SPEED", "VEL", "V ACT", "GESCHW")),
+    ("position", ("MEASPOS2", "MEASPOS", "S IST", "ACTPOS", "ISTPOS", "POSITION", "POS", "S ACT")))
 
 
 def role_of(name: str, unit: str) -> str:
@@ -100,8 +100,8 @@ def role_of(name: str, unit: str) -> str:
     # Makers part words by spaces, dots, strokes or bars; the space in front lets " IQ" mean a whole word.
     words = " " + re.sub(r"[_/.\s]+", " ", name.upper())
     role = next((role for role, names in _WORDS if any(word in words for word in names)), "")
-    kinds = {"position": ("m", "rad"), "position_set": ("m", "rad"), "following_error": ("m", "rad"), "current": ("A",),
-             "velocity": ("m/s", "rad/s"), "velocity_set": ("m/s", "rad/s"), "torque": ("N m", "N")}
+    kinds = {"position": ("m", "rad"), "position_set": ("m", "rad"), "following_error": ("m", "rad"), "current": ("A", "%"),
+             "velocity": ("m/s", "rad/s"), "velocity_set": ("m/s", "rad/s"), "torque": ("N m", "N", "%")}
     return "" if role in kinds and unit not in (*kinds[role], "") else role
 
 

@@ -223,16 +223,17 @@ def compute_loops(servo: Servo, friction_slope: FloatArray | None = None) -> Ser
     friction_slope : (n_laws,) floats, optional
         dF/dv of every dry friction law at the working point (N s/m or N m s/rad), zero where left out.
 
-    Examples
-    --------
-    The velocity loop of a rigid axis crosses 1 at about K/(2 pi J), here 2/(2 pi 0.01) = 32 Hz.
-
-    >>> from toolpoint.drives import Controller, DriveAxis, PositionLoop, Servo, TorqueMotor, VelocityLoop
-    >>> from toolpoint.drives import build_plant, rigid_axis
-    >>> plant = build_plant([DriveAxis("X", TorqueMotor(), rigid_axis(0.01, 1.6e-3))])
-    >>> loops = compute_loops(Servo(plant, (Controller(PositionLoop(25.0, 1e-3), VelocityLoop(2.0, 0.05, 250e-6), 1.6e-3),)))
-    >>> round(loops.velocity.margins(0).gain_crossover), loops.stable
-    (32, True)
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> import numpy as np
+    >>> from toolpoint import io
+    >>> from toolpoint.drives import build_servo
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     drives = io.read_drives(io.write_template(Path(folder, "servo.yaml"), "servo"))
+    >>> position = compute_loops(build_servo(drives, warn=False)).position.closed
+    >>> rest = np.linalg.solve(np.eye(position.size) - position.a, position.b)  # at a constant set point z = 1
+    >>> (position.c @ rest + position.d).round(6).tolist()  # both axes arrive, and neither moves the other
+    [[1.0, 0.0], [0.0, 1.0]]
     """
     levels = _Levels(servo, friction_slope)
     return ServoLoops(levels.level(0), levels.level(1), levels.level(2))

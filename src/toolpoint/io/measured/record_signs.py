@@ -10,7 +10,7 @@ from toolpoint.io import uff
 from toolpoint.io.binary import hdf5, mat, numpy_arrays
 from toolpoint.io.decoding import decode
 from toolpoint.io.suffixes import HDF5, LVM, MATLAB, TDMS, TEXT, UNIVERSAL, WAV
-from toolpoint.io.text.columns import TIMES
+from toolpoint.io.text.columns import TIMES, is_count
 from toolpoint.io.uff.functions import TIME_RECORD_TYPE
 from toolpoint.vibration import Frf, Record
 
@@ -63,5 +63,6 @@ def _is_timed(path: Path) -> bool:
     separator = next((re.compile(mark) for mark in ";\t" if mark in lines[first].strip()), _CELLS)
     cells = len(separator.split(lines[first].strip()))
     names = [line.strip().lstrip("#%\" ").lower() for line in lines[max(first - 2, 0):first]]
-    return any(word.startswith(name) and not word[len(name):len(name) + 1].isalpha()
-               for word in names for name in TIMES if len(separator.split(word)) >= cells)
+    words = [word if not is_count(first_cell) else word[len(first_cell):].lstrip(",;\t \"'")
+             for word in names if len(separator.split(word)) >= cells for first_cell in [separator.split(word)[0]]]
+    return any(word.startswith(name) and not word[len(name):len(name) + 1].isalpha() for word in words for name in TIMES)

@@ -16,6 +16,7 @@ from toolpoint.io.faults import Fault, FileFaults
 from toolpoint.io.quantities.sensitivities import QUANTITY_BY_UNIT, VOLTS
 
 TIMES = ("t", "time", "zeit", "x_value", "timestamp", "time stamp", "date", "date/time", "datetime")
+COUNTS = ("sample", "samples", "index", "idx", "n", "nr", "no", "point", "row", "count", "messwert", "")
 EXPECTED_RECORDS = "records are read from universal files, text, LVM, WAV, TDMS, MATLAB, NumPy and HDF5"
 DAY = 86400.0  # s
 _CLOCK = re.compile(r"(?:[\d./-]+[T ])?\s*(\d{1,2}):(\d{2}):(\d{2}(?:[.,]\d+)?)(?:Z|[+-]\d{2}:?\d{2})?")
@@ -87,6 +88,11 @@ def read_columns(path: str | Path) -> Columns:
     return replace(result, line=named if cells else 0)
 
 
+def is_count(name: str) -> bool:
+    """Return whether a column of this name counts the samples: it stands before the times and says nothing."""
+    return name.strip('" ').lower().rstrip(".:") in COUNTS
+
+
 def split_numbers(line: str, separator: str | None, comma: bool) -> list[float] | None:
     """Return the numbers of a line, None where it holds anything else."""
     stripped = line.strip().rstrip(";,").replace('"', "").strip()
@@ -144,6 +150,8 @@ def _cells(line: str, separator: str | None) -> list[str]:
 
 
 def _with_time(path: Path, names: list[str], units: list[str], table: FloatArray, *, is_clock: bool) -> Columns:
+    if len(names) > 2 and is_count(names[0]) and names[1].lower() in TIMES:  # numbers of the samples before their times
+        names, units, table = names[1:], units[1:], table[:, 1:]
     if names[0].lower() not in TIMES:
         if is_clock:
             raise ToolpointError(f"{path}: the first column holds a clock's times and is called {names[0]!r}; must be 'time'")

@@ -225,11 +225,20 @@ def _numbers(cells: Sequence[str], comma: bool) -> list[complex] | None:
     return result
 
 
+MAX_EXCHANGED_SHARE = 0.1  # of the lines may go back before the first column is no frequency at all
+MIN_UNNAMED_LINES, MAX_TIME_STEP = 500, 1e-3  # steps; s: no response has lines of a millihertz, a record of hits has samples
+_NAMED_RECORD = ("a record of blows must name its columns in a line before the numbers, time first, for example: "
+                 "time [s],force [N],acceleration [m/s^2]")
+
+
 def _value_faults(table: Array, numbers: list[int]) -> list[Fault]:
     faults = [Fault(numbers[i], 1, "", "a value that is not finite; remove the line or measure again")
               for i in np.flatnonzero(~np.isfinite(table).all(axis=1)).tolist()]
     lines = table[:, 0].real
     not_increasing = np.flatnonzero(np.diff(lines) <= 0) + 1
+    if len(lines) >= MIN_UNNAMED_LINES and not_increasing.size > MAX_EXCHANGED_SHARE * len(lines):  # no fault of single lines
+        return [Fault(numbers[0], 1, "", f"the first column does not increase ({not_increasing.size} of {len(lines)} lines): "
+                      f"it is no frequency; {_NAMED_RECORD}")]
     faults += [Fault(numbers[i], 1, "", f"frequency {lines[i]:g} Hz follows {lines[i - 1]:g} Hz; must increase")
                for i in not_increasing.tolist()]
     if np.isfinite(lines[0]) and lines[0] < 0:
@@ -267,6 +276,10 @@ def _responses(table: Array, layout: FrfLayout) -> tuple[ComplexArray, list[str]
 def _check_unnamed(table: Array, layout: FrfLayout) -> None:
     """Raise HeaderError where columns that nobody named look like magnitude and phase: as real and imaginary parts they would
     give a response that nobody measured."""
+    steps = np.diff(table[:, 0].real)
+    if not layout.is_named and len(steps) >= MIN_UNNAMED_LINES and steps.max() < MAX_TIME_STEP:
+        raise HeaderError(f"the first column runs to {table[-1, 0].real:.4g} in {len(steps)} steps of {steps.mean():.3g}: "
+                          f"these are times, no frequencies; {_NAMED_RECORD}")
     if [(c.part, c.has_unit) for c in layout.columns] != [("real", False), ("imaginary", False)] or len(table) < 8:
         return
     size, turn = table[:, 1].real, np.abs(table[:, 2].real)

@@ -26,7 +26,7 @@ def list_named_files(path: Path) -> tuple[str, ...]:
         text = path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError):
         return ()  # whoever reads the file says what is wrong with it
-    names = dict.fromkeys((quoted or bare_word).strip() for quoted, bare_word in _SCALAR.findall(text))
+    names = dict.fromkeys((quoted or bare).strip() for quoted, bare in _SCALAR.findall(text))
     return tuple(name for name in names if _is_file(path.parent / name))
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from toolpoint._check import ToolpointError, ToolpointWarning, fail
 from toolpoint._doubt import Doubt
 from toolpoint._notebook import NotebookText
-from toolpoint._rounding import text_below
+from toolpoint._rounding import probability_text, text_below
 from toolpoint.cutting import MillingProblem, StabilityChart
 from toolpoint.cutting.advice.best_speed import Advice, from_chart, from_chatter_frequency, from_cuts, most_informative
 from toolpoint.cutting.advice.probability import (
@@ -107,8 +107,8 @@ def contradictions(sampled: ProbabilityChart | None, cuts: Sequence[tuple[float,
         return ()
     return tuple(
         f"The cut at {speed:g} rev/min and {1e3 * depth:g} mm contradicts the model: its outcome "
-        f"({'stable' if stable else 'chatter'}) has a likelihood of {100 * share:.1f} %, by itself or beside the other cuts; "
-        "check dynamics, coefficients and the outcome."
+        f"({'stable' if stable else 'chatter'}) has a likelihood of {probability_text(share, 1e-3)}, by itself or beside the "
+        "other cuts; check dynamics, coefficients and the outcome."
         for (speed, depth, stable), share in zip(cuts, sampled.likelihoods(cuts),
                                                  strict=True) if share < MIN_OUTCOME_LIKELIHOOD)
 

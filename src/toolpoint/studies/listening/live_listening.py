@@ -27,6 +27,12 @@ class HeardWindow:
 
     time : when they ended, s from the start; cut : None where none is heard, with the reason; is_torn : whether samples were
     lost inside.
+
+    >>> import numpy as np
+    >>> from toolpoint.vibration import Dof, Record
+    >>> silence = Record(np.zeros((8, 1)), 8.0, (Dof("microphone", "+x"),), ("sound",))
+    >>> HeardWindow(4.0, silence, None, "no cut is heard").words
+    '   4.0 s: no cut is heard'
     """
 
     time: float

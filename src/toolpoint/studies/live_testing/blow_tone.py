@@ -28,6 +28,11 @@ class BlowTone(NotebookText):
     name : of the blow; rate : samples a second of `tone`, Hz; tone : response over its largest value; peak : that value, SI;
     channel, quantity : of the response; pulse, pulse_rate : force about its peak (N) and its rate (Hz); is_resampled : whether
     the record's rate is none that a browser plays.
+
+    >>> import numpy as np
+    >>> tone = BlowTone("x#1", 8000.0, np.zeros(800), 12.0, "tip:+x", "acceleration", np.array([0.0, 250.0]), 25600.0, True)
+    >>> tone.table().partition(";")[0]
+    'x#1: acceleration at tip:+x, 0.10 s at 8000 Hz, resampled from 25600 Hz'
     """
 
     name: str

@@ -19,7 +19,11 @@ from toolpoint.studies.measured.hammer_study import HammerStudy, study_hammer_re
 @dataclass(frozen=True, eq=False)
 class LiveProgress:
     """State of the test after a blow: the study of all blows so far (None before a good one), verdicts that changed since they
-    were spoken, good blows that are still asked for, and doubts about the acquisition."""
+    were spoken, good blows that are still asked for, and doubts about the acquisition.
+
+    >>> LiveProgress(None, ("x#1 is refused now: double hit",), 5).lines()
+    ['x#1 is refused now: double hit']
+    """
 
     study: HammerStudy | None
     changes: tuple[str, ...]

@@ -71,6 +71,13 @@ def place_test(points: Mapping[Point, FloatArray], components: Components) -> Te
     ToolpointError
         For points whose span no machine has, or which another unit than metres explains; for a turned frame that the bodies do
         not tell apart from another.
+
+    >>> import numpy as np
+    >>> from toolpoint.machine.components import Components
+    >>> points = {name: np.array(place) for name, place in {1: (0, 0, 0), 2: (1, 0, 0), 3: (0, 1, 0)}.items()}
+    >>> placement = place_test(points, Components("table", ("ground", "table"), {"table": (1, 2, 3)}))
+    >>> np.array_equal(placement.transform, np.eye(4))  # no body says otherwise
+    True
     """
     used = {name: np.array([points[point] for point in names if point in points], float).reshape(-1, 3)
             for name, names in components.points.items()}

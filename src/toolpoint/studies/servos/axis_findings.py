@@ -27,6 +27,8 @@ _MIN_DIRECTION_FRACTION = 0.02
 _NAN = float("nan")
 _UNKNOWN = (_NAN, _NAN)
 
+PER_CENT_NOTE = ("the load is in % of what the drive calls 100 % (its rated torque or current): friction and offset are shares "
+                 "of it")
 
 @dataclass(frozen=True, eq=False)
 class AxisFindings:
@@ -100,8 +102,8 @@ def _interval_words(interval: tuple[float, float]) -> str:
     """Return a 95 % interval in brackets, nothing where it is not known."""
     if not np.isfinite(interval).all():
         return ""
-    lower, upper = (f"{end:.4g}" for end in interval)
-    return f" ({lower} to {upper})" if lower != upper else " (its interval is within the last digit)"
+    ends = [f"{end:.4g}" for end in interval]
+    return f" ({' to '.join(ends)})" if ends[0] != ends[1] else " (its interval is within the last digit)"
 
 
 def judge_axis(record: AxisRecord, axis: str) -> AxisFindings | None:
@@ -133,6 +135,7 @@ def judge_axis(record: AxisRecord, axis: str) -> AxisFindings | None:
         doubts += cut_off(force) + load_doubts(speed if actual is None else actual, load, time, actual=actual is not None)
         dry = (levels[0][0] - levels[1][0]) / 2 if line is None else line.dry
         doubts += _question_swings(runs, load, time, dry=dry, unit=force.unit)
+        notes += [PER_CENT_NOTE] if force.unit == "%" else []
     elif runs.velocity.size:
         notes.append("no current or torque is recorded: nothing is said of friction")
     if not runs.velocity.size:

@@ -224,6 +224,6 @@ def view_report(desk: Desk, page: str = "") -> WorkbenchView:
     if not entries:
         return WorkbenchView("report", "There is no page yet: run the project.", commands=(command_line("run", "."),))
     name = page if page in entries else next(iter(entries))
-    project = view_project(desk)  # a report begins with what the project answers, and with what speaks against it
-    return WorkbenchView("report", project.answer, project.doubts, (entries[name].command,), (), {
-        "pages": [{"name": key, "title": entry.title} for key, entry in entries.items()], "page": name}, project.is_stale)
+    project_view = view_project(desk)  # a report begins with what the project answers, and with what speaks against it
+    return WorkbenchView("report", project_view.answer, project_view.doubts, (entries[name].command,), (), {
+        "pages": [{"name": key, "title": entry.title} for key, entry in entries.items()], "page": name}, project_view.is_stale)

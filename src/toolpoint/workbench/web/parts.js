@@ -31,7 +31,7 @@ window.Workbench = window.Workbench || { views: {} };
   W.withInterval = function (value, halfWidth, unit) {
     if (!Number.isFinite(halfWidth) || halfWidth === null || halfWidth <= 0) return `${W.number(value)} ${unit}`;
     const decimals = Math.min(Math.max(1 - Math.floor(Math.log10(halfWidth)), 0), 6);
-    return `${value.toFixed(decimals)} ± ${halfWidth.toFixed(decimals)} ${unit}`.replaceAll(" ", "\u00a0");
+    return `${value.toFixed(decimals)} ±\u00a0${halfWidth.toFixed(decimals)}\u00a0${unit}`; // broken before the sign alone
   };
 
   W.age = function (seconds) {

@@ -63,8 +63,10 @@ window.Workbench = window.Workbench || { views: {} };
     title: () => W.word("view.modes"), query: query("modes"),
     show(place, view) {
       const data = view.data, [title, answer, doubts] = W.head(view, W.word("view.modes")), test = data.test;
-      const rows = data.modes.map((mode, i) => [i + 1, W.withInterval(mode.frequency_hz, mode.frequency_interval_hz, "Hz"), W.withInterval(100 * mode.damping_ratio, mode.damping_interval === null ? null : 100 * mode.damping_interval, "%"),
-        mode.doubtful ? W.make("span", { class: "mark doubtful", text: W.word("doubtful") }) : ""]);
+      // A doubtful mode says so beside its frequency: a column of its own would lie beyond the edge of a phone.
+      const frequency = (mode) => { const text = W.withInterval(mode.frequency_hz, mode.frequency_interval_hz, "Hz");
+        return mode.doubtful ? W.make("span", {}, text + " ", W.make("span", { class: "mark doubtful", text: W.word("doubtful") })) : text; };
+      const rows = data.modes.map((mode, i) => [i + 1, frequency(mode), W.withInterval(100 * mode.damping_ratio, mode.damping_interval === null ? null : 100 * mode.damping_interval, "%")]);
       const pageOf = (name) => () => {
         const kind = name.split("/")[0], bar = kind === "modes" && !W.isExport ? choiceBar(data) : null;
         const section = W.section(titles()[kind], ...(bar ? [bar] : []), W.pageFrame(name, titles()[kind], bar && bar.put));
@@ -75,7 +77,7 @@ window.Workbench = window.Workbench || { views: {} };
       const stamp = (name) => name.startsWith("modes/") ? JSON.stringify(data.modes) : W.draws;
       W.fillParts(place, [["title", "", () => title], ["answer", [view.answer, view.is_stale], () => answer], ["doubts", view.doubts, () => doubts],
         ...(data.tests.length < 2 ? [] : [["chooser", [data.tests, test], () => chooser(view, "modes")]]),
-        ["table", data.modes, () => W.section(W.word("modes"), W.table([W.word("mode"), W.word("frequency"), W.word("damping"), ""], rows))],
+        ["table", data.modes, () => W.section(W.word("modes"), W.table([W.word("mode"), W.word("frequency"), W.word("damping")], rows))],
         ...data.pages.map((name) => [`page ${name} ${stamp(name)}`, "", pageOf(name), (node) => node.refresh(data)]), ["same", [view.commands, view.calls], () => W.same(view)]]);
     },
   };
