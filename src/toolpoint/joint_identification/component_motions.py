@@ -66,15 +66,15 @@ def component_motions(modes: Modes, points: Mapping[Point, ArrayLike], component
     else:
         motions = with_common_noise(parts, motions)
         correlation = column_correlation(parts, motions)
-        motions = {name: with_errors(part, motions[name], correlation, gains) for name, part in parts.items()}
+        motions = {name: with_errors(part, motions[name], correlation, gains=gains) for name, part in parts.items()}
     tests = sum(motion.twist.shape[1] for motion in motions.values())
     significance, floor = criterion.significance / tests, max(criterion.floor, 1e-3)
     bent = {name: with_bending(parts[name], motion, significance, floor=floor) for name, motion in motions.items()}
     return parts, bent, doubts
 
 
-def _place_motions(stated: Mapping[str, Component], judged: Mapping[str, RigidMotion], method: MotionMethod, deviation: float,
-                   *, gains: SensorGains | None) -> tuple[dict[str, RigidMotion], list[Doubt]]:
+def _place_motions(stated: Mapping[str, Component], judged: Mapping[str, RigidMotion], method: MotionMethod,
+                   deviation: float, *, gains: SensorGains | None) -> tuple[dict[str, RigidMotion], list[Doubt]]:
     """Return the motions of the components with their points placed; how rigid they are stays as it was judged."""
     placed = {name: place_points(part, deviation) for name, part in stated.items()}
     parts = {name: part.part for name, part in placed.items()}
@@ -82,7 +82,8 @@ def _place_motions(stated: Mapping[str, Component], judged: Mapping[str, RigidMo
     correlation = column_correlation(parts, motions)
     result = {}
     for name, part in placed.items():
-        motion, twist, first = with_placed_errors(part, motions[name], correlation, gains), _twists(method, part.part), judged[name]
+        motion, first = with_placed_errors(part, motions[name], correlation, gains=gains), judged[name]
+        twist = _twists(method, part.part)
         result[name] = replace(motion, twist=motion.twist if twist is None else twist, bending=first.bending,
                                bending_p=first.bending_p, residual=first.residual)
     return result, [

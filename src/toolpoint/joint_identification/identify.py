@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -184,18 +184,9 @@ def identify_joints(
         parts, motions, place_doubts = motions_of(real, gains, components=components)
     tree, order_doubts = _best_tree(tree, parts, motions, criterion)
     relatives = tuple(relative_motion_of(parent, child, parts, motions=motions) for child, parent in tree.items())
-    joints, rivals = list[JointEstimate](), dict[str, JointEstimate]()
-    for motion in relatives:
-        stack = stack_twists(motion, criterion)
-        choices = candidates(stack, criterion)
-        rival = rival_of(stack, choices, criterion)
-        choices[0] = settle_floor(motion, criterion, choices[0])
-        joints.append(estimate_joint(motion, choices, _joint_doubts(motion, choices, independent, flexible,
-                                                                    frequency=modes.frequency, criterion=criterion)))
-        if rival is not None:
-            fits = [settle_floor(motion, criterion, rival)]
-            rivals[motion.child] = estimate_joint(motion, fits, _joint_doubts(motion, fits, independent, flexible,
-                                                                              frequency=modes.frequency, criterion=criterion))
+    question = partial(_joint_doubts, independent=independent, flexible=flexible, frequency=modes.frequency,
+                       criterion=criterion)
+    joints, rivals = _choose_joints(relatives, criterion, question)
     doubts = [*channel_doubts, *([] if gains is None else gains.doubts), *order_doubts, *general_doubts]
     machine = None
     if masses is not None:
@@ -215,12 +206,30 @@ def identify_joints(
     return _refine_joints(result, modes, struck_wrenches(modes, points, components))
 
 
+def _choose_joints(relatives: Sequence[RelativeMotion], criterion: Criterion,
+                   question: Callable[[RelativeMotion, list[JointFit]], tuple[Doubt, ...]]
+                   ) -> tuple[list[JointEstimate], dict[str, JointEstimate]]:
+    """Return the joints as their motions determine them, and by child those that the fit of the machine may prefer."""
+    joints, rivals = list[JointEstimate](), dict[str, JointEstimate]()
+    for motion in relatives:
+        stack = stack_twists(motion, criterion)
+        choices = candidates(stack, criterion)
+        rival = rival_of(stack, choices, criterion)
+        choices[0] = settle_floor(motion, criterion, choices[0])
+        joints.append(estimate_joint(motion, choices, question(motion, choices)))
+        if rival is not None:
+            fits = [settle_floor(motion, criterion, rival)]
+            rivals[motion.child] = estimate_joint(motion, fits, question(motion, fits))
+    return joints, rivals
+
+
 def _motions_with_gains(modes: Modes, gains: SensorGains | None, *, points: Mapping[Point, ArrayLike],
-                        components: Mapping[str, Sequence[Point]], method: MotionMethod, deviation: float, criterion: Criterion
-                        ) -> tuple[dict[str, Component], dict[str, RigidMotion], list[Doubt]]:
+                        components: Mapping[str, Sequence[Point]], method: MotionMethod, deviation: float,
+                        criterion: Criterion) -> tuple[dict[str, Component], dict[str, RigidMotion], list[Doubt]]:
     """Return components, motions and doubts of the coordinates, from shapes divided by the gains of the sensor's directions."""
     corrected = modes if gains is None else gains.corrected(modes)
-    return component_motions(corrected, points, components, method=method, deviation=deviation, criterion=criterion, gains=gains)
+    return component_motions(corrected, points, components, method=method, deviation=deviation, criterion=criterion,
+                             gains=gains)
 
 
 def _refine_joints(result: JointIdentification, modes: Modes, forces: Mapping[str, FloatArray]) -> JointIdentification:
@@ -316,7 +325,7 @@ def _flaws(motions: Mapping[str, RigidMotion], strange: Mapping[str, Sequence[Po
     return result
 
 
-def _joint_doubts(motion: RelativeMotion, fits: list[JointFit], independent: int, flexible: Mapping[str, Doubt], *,
+def _joint_doubts(motion: RelativeMotion, fits: list[JointFit], *, independent: int, flexible: Mapping[str, Doubt],
                   frequency: FloatArray, criterion: Criterion) -> tuple[Doubt, ...]:
     """Return the doubts about one joint: its components, the number of modes, and other kinds."""
     fit = fits[0]
@@ -329,12 +338,15 @@ def _joint_doubts(motion: RelativeMotion, fits: list[JointFit], independent: int
                             f"of {motion.child} and {motion.parent} and the order of the chain"))
     if fit.freedom > 0 and fit.probability < criterion.significance:
         one_mode = fit.passes(criterion.significance)
-        why = (f"in the mode at {frequency[fit.worst]:.4g} Hz alone it moves otherwise, by {np.sqrt(fit.worst_misfit):.2g} times "
-               "the noise" if one_mode else f"no simple kind explains the motion, this one leaves "
-               f"{np.sqrt(fit.chi2 / fit.freedom):.2g} times the noise")
-        doubts.append(Doubt("kind", f"{why}: it is kept, and the intervals of its numbers hold what it leaves", "look at that mode"
-                            if one_mode else f"check the points of {motion.child} and {motion.parent}",
-                            figure=float(np.sqrt(fit.worst_misfit))))
+        if one_mode:
+            ratio = float(np.sqrt(fit.mode_misfit))
+            why, remedy = (f"one mode alone, at {frequency[fit.misfit_mode]:.4g} Hz, leaves {ratio:.2g} times the noise",
+                           "look at that mode, and strike where it moves")
+        else:
+            ratio = float(np.sqrt(fit.chi2 / fit.freedom))
+            why, remedy = (f"no simple kind explains the motion, and this one leaves {ratio:.2g} times the noise",
+                           f"check the points of {motion.child} and {motion.parent}")
+        doubts.append(Doubt("kind", f"{why}: {fit.kind} is kept, and the intervals hold what it leaves", remedy, figure=ratio))
     if len(fits) > 1:
         doubts.append(Doubt("kind", f"the data do not refuse {', '.join(other.kind for other in fits[1:])} either",
                             "give more modes"))

@@ -9,11 +9,13 @@ columns, f freedoms and n parameters. A kind is refused where so large a :math:`
 than the significance. The freedoms are the fewest for which any subspace of so many twists passes. Of the kinds with so many
 freedoms (all sets of directions of a frame, the screw, the general subspace) those count that pass, also against the general
 subspace (likelihood ratio), and whose place is no infinity; the one with the fewest parameters is taken, of several the one
-with the least misfit. A freedom moves in more than one mode: where the mode of the largest misfit alone speaks for one more, and
-noise five times as large as stated explains it, the simpler joint is taken and the other is its rival, which the fit of the whole
-machine may prefer. So is the best simple kind where none passes; no general joint at infinity is taken where a simple kind has
-a place. Other kinds are named where their Bayesian information criterion :math:`\chi^2 + n \ln 6 k` (Schwarz,
+with the least misfit. Other kinds are named where their Bayesian information criterion :math:`\chi^2 + n \ln 6 k` (Schwarz,
 Annals of Statistics 6 (1978) 461) is no worse by 10 (very strong evidence: Kass, Raftery, J. Am. Stat. Assoc. 90 (1995) 773).
+
+A freedom moves in more than one mode. Where the mode of the largest misfit alone asks for one more, and noise five times as
+large as stated explains it, the simpler joint is taken; the other one is its rival, which the fit of the whole machine may
+prefer. The best simple kind is the rival of a general joint. A general joint at infinity is never taken where a simple kind has
+a place.
 
 The decision allows every component a motion of its own below a floor. The position and its interval do so only as far as
 the misfit asks for it: none where noise alone explains the twists, else the share at which chi-squared is what it should be
@@ -71,8 +73,8 @@ class Criterion:
 class JointFit(NotebookText):
     """One kind fitted: its chart, parameters with covariance, gain (parameters, columns, 6) on local twists, misfit.
 
-    probability : of so large a misfit by noise; probability_without : the same without the mode of the largest misfit, where its
-    own noise may explain that, else equal; worst : that mode, and worst_misfit : its misfit over its degrees of freedom.
+    probability : of so large a misfit by noise; probability_without : the same without the mode of the largest misfit, where
+    its own noise may explain that, else equal; misfit_mode : that mode; mode_misfit : its misfit over its degrees of freedom.
     """
 
     chart: FreedomChart
@@ -83,8 +85,8 @@ class JointFit(NotebookText):
     freedom: int
     probability: float
     probability_without: float = 0.0
-    worst: int = 0
-    worst_misfit: float = 0.0
+    misfit_mode: int = 0
+    mode_misfit: float = 0.0
 
     def passes(self, significance: float) -> bool:
         """Whether noise explains the misfit, be it that of a single mode larger than stated."""
@@ -136,8 +138,10 @@ def candidates(stack: Stack, criterion: Criterion) -> list[JointFit]:
 
 
 def rival_of(stack: Stack, fits: Sequence[JointFit], criterion: Criterion) -> JointFit | None:
-    """Return the other joint that the fit of the whole machine may prefer: with the freedom that a single mode speaks for, or of
-    the best simple kind in place of a general one; None where the motions leave no choice."""
+    """Return the other joint that the fit of the whole machine may prefer; None where the motions leave no choice.
+
+    It has the freedom that a single mode speaks for, or is the best simple kind in place of a general joint.
+    """
     f = fits[0].chart.freedoms
     if fits[0].kind == "general":
         return _best_simple_kind(stack, fits[0])
@@ -266,12 +270,12 @@ def fit_kind(stack: Stack, chart: FreedomChart, start: FloatArray | None = None)
         # d theta = -(J^T J)^-1 J^T (projected, whitened) d t to first order.
         gain = -(covariance @ jacobian.T @ stack.root).reshape(n, count, 6)
     by_mode = (residual(theta) ** 2).reshape(count, 6).sum(axis=1)
-    chi2, worst, free = float(by_mode.sum()), int(by_mode.argmax()), 6 - chart.freedoms
+    chi2, misfit_mode, free = float(by_mode.sum()), int(by_mode.argmax()), 6 - chart.freedoms
     chance = _chance(chi2, freedom, stack)
-    worst_misfit = float(by_mode[worst]) / max(free, 1)
-    can_leave_out = count >= _MIN_MODES_OF_FREEDOM and freedom > free > 0 and worst_misfit <= _MAX_MODE_MISFIT
-    without = _chance(chi2 - float(by_mode[worst]), freedom - free, stack) if can_leave_out else chance
-    return JointFit(chart, theta, covariance, gain, chi2, freedom, chance, without, worst, worst_misfit)
+    mode_misfit = float(by_mode[misfit_mode]) / max(free, 1)
+    can_leave_out = count >= _MIN_MODES_OF_FREEDOM and freedom > free > 0 and mode_misfit <= _MAX_MODE_MISFIT
+    without = _chance(chi2 - float(by_mode[misfit_mode]), freedom - free, stack) if can_leave_out else chance
+    return JointFit(chart, theta, covariance, gain, chi2, freedom, chance, without, misfit_mode, mode_misfit)
 
 
 def _chance(chi2: float, freedom: int, stack: Stack) -> float:

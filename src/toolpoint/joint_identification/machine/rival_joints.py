@@ -58,23 +58,25 @@ def _rank(machine: WholeMachine) -> tuple[int, float]:
 
 
 def question_runaways(joints: Sequence[JointEstimate], relatives: Sequence[RelativeMotion]) -> list[tuple[Doubt, ...]]:
-    """Return for every joint the grave doubts that its place or its stiffness ran away: no test determines such numbers."""
+    """Return for every joint the grave doubts that its place or its stiffness ran offset: no test determines such numbers."""
     stiffness = [_largest_stiffness(joint, motion) for joint, motion in zip(joints, relatives, strict=True)]
     result = []
     for k, (joint, motion) in enumerate(zip(joints, relatives, strict=True)):
-        away = joint.position - motion.centre
+        offset = joint.position - motion.centre
         if len(joint.undetermined):
-            away = away - np.linalg.pinv(joint.undetermined) @ (joint.undetermined @ away)
-        distance, others = float(np.linalg.norm(away)), max((value for i, value in enumerate(stiffness) if i != k), default=0.0)
+            offset = offset - np.linalg.pinv(joint.undetermined) @ (joint.undetermined @ offset)
+        distance = float(np.linalg.norm(offset))
+        others = max((value for i, value in enumerate(stiffness) if i != k), default=0.0)
         doubts = []
         if distance > MAX_PLACE_DISTANCE * motion.size:
-            doubts.append(Doubt("place", f"{distance:.3g} m from the components it joins, which are {2 * motion.size:.2g} m large: "
-                                "the motions do not determine it", "check the components, their points and the chain",
-                                figure=distance / motion.size, grave=True))
+            doubts.append(Doubt("place", f"it lies {distance:.3g} m from the components it joins, which are "
+                                f"{2 * motion.size:.2g} m large: the motions do not determine it",
+                                "check the components, their points and the chain", figure=distance / motion.size, grave=True))
         if 0 < MAX_STIFFNESS_RATIO * others < stiffness[k]:
-            doubts.append(Doubt("stiffness", f"{stiffness[k] / others:.2g} times that of the stiffest other joint: the test does "
-                                "not determine it", "describe the two components as one, or excite the joint more",
-                                figure=stiffness[k] / others, grave=True))
+            ratio = stiffness[k] / others
+            doubts.append(Doubt("stiffness", f"it is {ratio:.2g} times that of the stiffest other joint: the test does not "
+                                "determine it", "describe the two components as one, or excite the joint more", figure=ratio,
+                                grave=True))
         result.append(tuple(doubts))
     return result
 

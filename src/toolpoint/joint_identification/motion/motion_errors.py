@@ -89,7 +89,8 @@ def column_correlation(parts: Mapping[str, Component], motions: Mapping[str, Rig
     return np.asarray((1 - share) * result + share * np.eye(columns))
 
 
-def with_errors(part: Component, motion: RigidMotion, correlation: FloatArray, gains: SensorGains | None = None) -> RigidMotion:
+def with_errors(part: Component, motion: RigidMotion, correlation: FloatArray, *, gains: SensorGains | None = None
+                ) -> RigidMotion:
     """Return the motion with the covariance of all its columns: `whole`, and `covariance` as its diagonal blocks."""
     maps = _maps(part)
     noise = maps * np.sqrt(motion.variance).T[:, None, :]
@@ -99,7 +100,7 @@ def with_errors(part: Component, motion: RigidMotion, correlation: FloatArray, g
     return _set_covariance(motion, np.einsum("rs,rin,sjn->risj", correlation, noise, noise))
 
 
-def with_placed_errors(placed: PlacedComponent, motion: RigidMotion, correlation: FloatArray,
+def with_placed_errors(placed: PlacedComponent, motion: RigidMotion, correlation: FloatArray, *,
                        gains: SensorGains | None = None) -> RigidMotion:
     """Return the motion of a placed component with the covariance of all its columns, from noise and from coordinates.
 

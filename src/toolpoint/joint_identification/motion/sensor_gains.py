@@ -1,17 +1,17 @@
 r"""Gains of the directions of a moved sensor, estimated from the rigid motions of all components together.
 
-Each direction of a sensor has one calibration error, the same at every point and in every mode. A point at :math:`p` of a rigid
-component then shows
+Each direction of a sensor has one calibration error, the same at every point and in every mode. A point at :math:`p` of a
+rigid component then shows
 
 .. math:: u_{ir} = (1 + \gamma_{d(i)})\, d_i \cdot (v_r + w_r \times (p_i + \delta_i))
 
-With :math:`J` the displacements by the twists, of one direction each, and :math:`Q` the weights of the displacements beside all twists
-and offsets (eliminated with their prior), the gains are
+With :math:`J` the displacements by the twists, of one direction each, and :math:`Q` the weights of the displacements beside
+all twists and offsets (eliminated with their prior), the gains are
 
 .. math:: \gamma = (J^T Q J + I / s^2)^{-1} J^T Q u
 
-with the covariance :math:`(J^T Q J + I / s^2)^{-1}` and the prior standard deviation s of a calibration (Gauss-Markov). Rotations
-couple the directions, so that modes which turn the components determine the ratios of the gains. A gain common to all
+with the covariance :math:`(J^T Q J + I / s^2)^{-1}` and the prior standard deviation s of a calibration (Gauss-Markov).
+Rotations couple the directions, so that modes which turn the components determine the ratios of the gains. A gain common to all
 directions looks like other motions: it belongs to the scale of the test, and is left out here.
 """
 
@@ -29,14 +29,14 @@ from toolpoint.joint_identification.motion.measured import Component
 from toolpoint.joint_identification.motion.point_places import weigh_motions
 from toolpoint.vibration import Modes
 
-DEFAULT_GAIN_DEVIATION = 0.01  # of the calibration of a direction where none is stated: that of a usual certificate
+ASSUMED_CALIBRATION_DEVIATION = 0.01  # of the calibration of a direction where none is stated: that of a usual certificate
 MAX_CORRECTED_GAIN = 0.1  # of a gain from one: a larger one is a wrong entry, which is named and never corrected
 MAX_GAIN_DEVIATIONS = 4.0  # stated ones, by which a gain may differ from one without a doubt
-_MIN_ALONG_AXIS = 0.999  # cosine, from which a measured direction is one of the sensor's
+_MIN_AXIS_COSINE = 0.999  # cosine, from which a measured direction is one of the sensor's
 _MAX_AXES_COSINE = 0.05  # of two directions of one sensor
-_ROUNDS = 4  # of gains and noise in turn
+_GAIN_ROUNDS = 4  # of gains and noise in turn
 _AXIS_NAMES = "xyz"
-_NORMAL_QUANTILE_95 = 1.96
+_HALF_WIDTH_DEVIATIONS = 1.96
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,7 +61,7 @@ class SensorGains:
 
     def rows(self, ways: FloatArray) -> FloatArray:
         """Return (n_rows, n): 1 where a measured direction is that of the gain, else 0."""
-        return np.asarray(np.abs(ways @ self.axes.T) > _MIN_ALONG_AXIS, float)
+        return np.asarray(np.abs(ways @ self.axes.T) > _MIN_AXIS_COSINE, float)
 
     def errors_of(self, part: Component) -> FloatArray:
         """Return the change (n_rows, n, m) of a component's displacements by each independent combination of the gains."""
@@ -92,7 +92,7 @@ class SensorGains:
                 "corrected by them, and the intervals cover what is left open")
 
     def _words(self) -> str:
-        half = _NORMAL_QUANTILE_95 * self.factors * np.sqrt(np.diag(self.covariance))
+        half = _HALF_WIDTH_DEVIATIONS * self.factors * np.sqrt(np.diag(self.covariance))
         return ", ".join(f"{_name_of(axis)} {with_uncertainty(factor, width)}"
                          for axis, factor, width in zip(self.axes, self.factors, half, strict=True))
 
@@ -106,15 +106,15 @@ def fit_gains(parts: Mapping[str, Component], coordinate_deviation: float, calib
     coordinate_deviation : float
         Standard deviation of each coordinate of the points, m.
     calibration : float, optional
-        Stated standard deviation of a gain, as a share of it; `DEFAULT_GAIN_DEVIATION` is taken where it is None.
+        Stated standard deviation of a gain, as a share of it; `ASSUMED_CALIBRATION_DEVIATION` is taken where it is None.
     """
-    deviation = DEFAULT_GAIN_DEVIATION if calibration is None else calibration
+    deviation = ASSUMED_CALIBRATION_DEVIATION if calibration is None else calibration
     axes = _sensor_axes(np.concatenate([part.ways for part in parts.values()]))
     if axes is None or len(axes) < 2 or deviation <= 0:
         return None
     gains = SensorGains(axes, np.ones(len(axes)), deviation**2 * np.eye(len(axes)), deviation)
-    noise = {name: 1.0 for name in parts}
-    for _ in range(_ROUNDS):
+    noise = dict.fromkeys(parts, 1.0)
+    for _ in range(_GAIN_ROUNDS):
         information, force = np.eye(len(axes)) / deviation**2, -np.log(gains.factors) / deviation**2
         for name, part in parts.items():
             corrected = _with_gains(part, gains)
@@ -151,7 +151,7 @@ def _sensor_axes(ways: FloatArray) -> FloatArray | None:
     """Return the directions (n, 3) of one sensor of up to three perpendicular ones; None for any other set of directions."""
     axes: list[FloatArray] = []
     for way in ways:
-        if not any(abs(way @ axis) > _MIN_ALONG_AXIS for axis in axes):
+        if not any(abs(way @ axis) > _MIN_AXIS_COSINE for axis in axes):
             axes.append(way)
         if len(axes) > 3:
             return None
@@ -163,4 +163,4 @@ def _sensor_axes(ways: FloatArray) -> FloatArray | None:
 def _name_of(axis: FloatArray) -> str:
     """Return the name of a direction."""
     place = int(np.argmax(np.abs(axis)))
-    return _AXIS_NAMES[place] if abs(axis[place]) > _MIN_ALONG_AXIS else f"({', '.join(f'{value:.2f}' for value in axis)})"
+    return _AXIS_NAMES[place] if abs(axis[place]) > _MIN_AXIS_COSINE else f"({', '.join(f'{value:.2f}' for value in axis)})"
