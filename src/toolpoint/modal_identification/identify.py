@@ -23,6 +23,7 @@ from toolpoint.modal_identification.judgement.moved_sensor import (
     largest_shift,
     merge_split_modes,
     question_moved_sensor,
+    steady_modes,
 )
 from toolpoint.modal_identification.judgement.parting import parting_remarks
 from toolpoint.modal_identification.judgement.repeated_modes import RepeatedModes, find_repeated_modes
@@ -178,7 +179,8 @@ def _without_moved_sensor(result: Identification, pole_method: PoleMethod, mass:
     is_repeated, freed = find_repeated_modes(result.modes) is not None, result
     for _ in range(MAX_MOVED_SENSOR_ROUNDS):
         merged, count_before = merge_split_modes(freed.modes), freed.modes.count
-        freed = _identify_with_order(free_of_moved_sensor(result.frf, merged, mass), pole_method, [])
+        freed = _without_faint_modes(_identify_with_order(free_of_moved_sensor(result.frf, merged, mass), pole_method, []),
+                                     pole_method)
         if freed.modes.scaling != "modal A":
             return None
         if freed.modes.count == count_before == merged.count:
@@ -188,6 +190,20 @@ def _without_moved_sensor(result: Identification, pole_method: PoleMethod, mass:
     note = (f"the mass of {1e3 * mass:.3g} g of the sensor is taken out of the responses, point by point: it had lowered "
             f"frequencies by up to {100 * largest_shift(freed.modes, mass):.2g} %")
     return replace(freed, advice=(note, *freed.advice))
+
+
+def _without_faint_modes(result: Identification, pole_method: PoleMethod) -> Identification:
+    """Return the identification without modes that are a rest of the sensor's mass, which is never taken out to the last bit.
+
+    They are faint and of no shape; the poles that stay are refined anew, as a false one takes its share of its neighbour.
+    """
+    kept = steady_modes(result.modes)
+    if len(kept) == result.modes.count:
+        return result
+    modes, frf = result.modes.selected(kept), result.frf
+    participation = modes.participation_at(frf.inputs)
+    fitted = _estimate.estimate(frf, modes.poles, participation, refine=pole_method.refine, fixed=True)
+    return _conclude(frf, fitted, pole_method, (), Start(modes.poles, participation, result.diagram))
 
 
 def _apply_choice(automatic: Identification, pole_method: PoleMethod, choice: PoleChoice | None) -> Identification:
