@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from toolpoint._check import ComplexArray, FloatArray, fail, positive
+from toolpoint._notebook import NotebookText
 from toolpoint._rounding import number_text
 from toolpoint.vibration.dof import Dof
 from toolpoint.vibration.modes import Modes
@@ -22,7 +23,7 @@ SCALED = ("unit modal mass", "modal A")  # scalings whose peaks are receptances
 
 
 @dataclass(frozen=True, eq=False)
-class Significance:
+class Significance(NotebookText):
     """Peak relative receptance (m/N where the modes have a scale) of every mode and direction, (n_modes, n_directions).
 
     `points` are the two points, the first against the second; `share` (n_modes,) is the largest over the directions, each over

@@ -192,7 +192,8 @@ class _ChainLimits:
         # Where joints have dampers the number of poles may differ from pose to pose: one at a time.
         studies = [tool_point(self.machine, [dict(zip(self.names, position, strict=True))], STUDY_LINES) for position in chain]
         problems = [self.problem(study) for study in studies]
-        method = method_for(studies[0].modes if self.work is None else problems[0].dynamics, self.method)
+        dynamics = problems[0].dynamics if self.work is not None else studies[0].modes
+        method = method_for(dynamics if isinstance(dynamics, Modes) else studies[0].modes, self.method)
         first_only = isinstance(method, PanelArnoldi) and method.first_only
         end = self.cut.depth_end[0]
         # One depth for the whole chain, wide enough for its stiffest pose.
