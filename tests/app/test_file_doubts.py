@@ -80,3 +80,11 @@ def warned(description, folder):
         warnings.simplefilter("always")
         io.read_machine(written(description, folder))
     return [str(w.message) for w in caught if issubclass(w.category, FileDoubt)]
+
+
+def test_which_of_several_described_poses_a_file_of_responses_holds_is_said(sound, tmp_path):
+    path = tmp_path / "mill.yaml"
+    io.write_machine(sound, path)
+    result = CliRunner().invoke(cli, ["frf", str(path), "--lines", "20:60:20", "--save", str(tmp_path / "tip.h5"),
+                                      "-o", str(tmp_path / "page")])
+    assert "tip.h5 holds the first of 3 described poses alone, X 0 mm, Y 0 mm, Z 0 mm" in result.output

@@ -21,6 +21,7 @@ from toolpoint.app.options import Files, MachineFile, Pose, Poses, Quantity, Var
 from toolpoint.app.values import AnyPath, AxisRange, Lines, NewFile, SourceFile, Span, SpindleSpeeds
 from toolpoint.io.quantities.written import read_shaker
 from toolpoint.io.suffixes import YAML
+from toolpoint.studies.machines.pose_words import pose_words
 
 if TYPE_CHECKING:
     from toolpoint.machine import Machine
@@ -166,6 +167,9 @@ def _respond(run: Frame, machine: Path, response: MachineResponse, save: Path | 
                                                 frequency=response.lines,
                                                 keep_draws=save is not None, progress=run.progress("intervals"))
     run.write("Responses", save, io.write_frf, result.frfs[0])
+    if save is not None and len(result.frfs) > 1:
+        run.warnings.append(f"{save.name} holds the first of {len(result.frfs)} described poses alone, "
+                            f"{pose_words(built, result.poses[0])}; name another with --pose")
     run.present(pages.responses_page, result, run.warnings, notes=[*notes, *result.notes])
 
 
