@@ -1,9 +1,12 @@
 """Modes while an axis travels, and the joint that softens on the way (as `toolpoint traverse`)."""
 
+import tempfile
+
 import numpy as np
 
 from toolpoint.machine import assemble, build
 from toolpoint.machine import description as d
+from toolpoint.pages.measured.traverse import traverse_page
 from toolpoint.studies import TraverseWindow, study_traverse
 from toolpoint.vibration import Record, eigen
 
@@ -29,6 +32,8 @@ def main() -> float:
         windows.append(TraverseWindow(Record(noisy, RATE, DOFS, "acceleration"), float(speed)))
     study = study_traverse(windows, quantity="speed, m/min", machine=machine, poses=[{}] * 6)
     print(study.table())
+    with tempfile.TemporaryDirectory() as folder:
+        print(traverse_page(study).save(folder))
     return study.joints[0].factor
 
 

@@ -1,8 +1,10 @@
 """Milling accuracy of a robot along a side of a square (as `toolpoint accuracy`)."""
 
+import tempfile
 from importlib import resources
 
 from toolpoint.io import read_machine
+from toolpoint.pages.robots.accuracy import accuracy_page
 from toolpoint.studies import MillingSetup, mill_path, square
 
 
@@ -13,6 +15,8 @@ def main() -> float:
     sides = square(0.2, centre=(0.77, 0, 0.26), first=(0, 1, 0), second=(0, 0, 1), feed=0.005, law="jerk-limited")
     result = mill_path(robot, sides[:1], MillingSetup(speed=15000, depth=0.5e-3, window=0.2, spacing=1e-3))
     print(result.table())
+    with tempfile.TemporaryDirectory() as folder:
+        print(accuracy_page(result, teeth=2).save(folder))
     return max(0.01, result.sides[0].halving)
 
 

@@ -1,7 +1,10 @@
 """A chamfer in a tilted plane (G68.2) and a slot beside it: each plane is a stage over the work that was left before."""
 
+import tempfile
+
 from toolpoint import studies
 from toolpoint.io.program.gcode import parse
+from toolpoint.pages.machining.program import stages_page
 
 PROGRAM = """S9000 M3
 G68.2 X0 Y0 Z0 I0 J45 K0
@@ -24,6 +27,8 @@ def main() -> float:
     setup = studies.describe_machining(studies.stock_of("box", (0, 0, -0.02, 0.04, 0.02, 0)), cut, spacing=4e-4)
     study = studies.run_stages(parse(PROGRAM, start=(0, 0, 0.05)), setup, text=PROGRAM)
     print(study.table())
+    with tempfile.TemporaryDirectory() as folder:
+        print(stages_page(study).save(folder))
     return 1e9 * study.stages[0].removed.total_volume
 
 

@@ -1,7 +1,10 @@
 """Frequency, damping and body motion from frames in an array: a plate that swings on its foot (as `toolpoint video`)."""
 
+import tempfile
+
 import numpy as np
 
+from toolpoint.pages.video import video_page
 from toolpoint.studies import study_video
 from toolpoint.vision import Clip, Region, clip_of
 from toolpoint.vision.rendering.scene import TEXTURE_MARGIN, Camera, PicturedBody, Scene2D, decays, film
@@ -25,6 +28,8 @@ def main() -> float:
     """Print what the clip shows; return the damping ratio in per cent."""
     result = study_video(clip_of_a_plate(np.random.default_rng(2)), points=60, bodies={"plate": Region(*BOX)})
     print(result.table())
+    with tempfile.TemporaryDirectory() as folder:
+        print(video_page([result]).save(folder))
     return 100 * float(result.modes.damping_ratio[0])
 
 

@@ -1,8 +1,11 @@
 """An NC program over its stock: forces and stability of every block, and what to change (as `toolpoint machining`)."""
 
+import tempfile
+
 import numpy as np
 
 from toolpoint.io.program.gcode import parse
+from toolpoint.pages.machining.program import machining_page
 from toolpoint.studies import cuts_of_options, describe_machining, modal_dynamics, run_program, stock_of
 from toolpoint.vibration import Modes
 
@@ -27,6 +30,8 @@ def main() -> float:
     program = parse(PROGRAM, start=(0.0, 0.0, 0.1))
     result = run_program(program, setup, modal_dynamics(modes), text=PROGRAM, with_advice=True)
     print(result.table())
+    with tempfile.TemporaryDirectory() as folder:
+        print(machining_page(result).save(folder))
     return float(result.advice.tools[0].chatter_after)
 
 

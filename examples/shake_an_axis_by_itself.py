@@ -1,8 +1,11 @@
 """Modes of an axis that its own set-point noise shakes, in closed loop under loads (as `toolpoint axis-test`)."""
 
+import tempfile
+
 import numpy as np
 from scipy import signal
 
+from toolpoint.pages.measured.driven_axis import driven_axis_page
 from toolpoint.signals import driven_axis_test
 from toolpoint.studies import study_driven_axis
 from toolpoint.vibration import Record
@@ -25,6 +28,8 @@ def main() -> float:
     record = Record(np.column_stack([force, velocity]), RATE, ["table:+y", "table:+y"], ["force", "velocity"])
     study = study_driven_axis({"standing": driven_axis_test(noise, record, 0.5, band=(20.0, 80.0))})
     print(study.table())
+    with tempfile.TemporaryDirectory() as folder:
+        print(driven_axis_page(study).save(folder))
     frequency = study.states[0].modes.modes.frequency
     return float(frequency[np.abs(frequency - 42.0).argmin()])
 

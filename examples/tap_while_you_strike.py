@@ -26,7 +26,8 @@ def main() -> int:
     """Return the number of good blows that the folder holds; one of five is weak."""
     with tempfile.TemporaryDirectory() as folder:
         np.savez(f"{folder}/played.npz", samples=blows((200.0, 180.0, 15.0, 190.0, 210.0)), fs=RATE)
-        live = io.open_input(f"play:{folder}/played.npz@max", ["1=force tip:+x 2.25mV/N", "2=acceleration tip:+x 1mV/(m/s^2)"])
+        channels = ["1=force tip:+x 2.25mV/N", "2=acceleration tip:+x 1mV/(m/s^2)"]
+        live: io.LiveInput = io.open_input(f"play:{folder}/played.npz@max", channels)
         store = io.BlowFolder(Path(folder) / "x", live, 0.4)
         tap = studies.LiveTap(live.inputs, live.device.rate, duration=0.4, goal=4, kept=store.kept)
         for event in studies.follow_blows(live.device, tap, store):

@@ -1,9 +1,12 @@
 """Which of two joints loosened between two tests of a machine (as `toolpoint drift`)."""
 
+import tempfile
+
 import numpy as np
 
 from toolpoint.machine import Machine, assemble, build
 from toolpoint.machine import description as d
+from toolpoint.pages.measured.drift import drift_page
 from toolpoint.studies import study_drift
 from toolpoint.vibration import Modes, eigen
 
@@ -31,6 +34,8 @@ def main() -> float:
     later = measured_modes(machine.with_values({"joints.upper.stiffness.x": 1.7e7}))
     study = study_drift(measured_modes(machine), [later], machine)
     print(study.table())
+    with tempfile.TemporaryDirectory() as folder:
+        print(drift_page(study, machine.name).save(folder))
     assert study.parts[0][0] == "joint upper" and study.explanations[0].direction == "x"
     return study.explanations[0].factor
 

@@ -3,13 +3,14 @@
 The integrator shares nothing with the study but the structure's matrices, which it takes eight times as near to each other:
 Newmark's average acceleration in the machine's own coordinates, forces from the closed form of 2000 strips of the helix at the
 instant (not means over a step), its start from the harmonics of the first revolution. Stated is what `toolpoint accuracy`
-prints. With `--refined` both integrate short lines of the rigid robot with their own steps, with halves and with quarters of
-them: what is apart then must go to zero. Usage: python benchmarks/robots/accuracy_integrator.py [--cases 12] [--seed 1]
+prints. With `--refined short` (or `all`) both integrate with ever smaller steps, too: what is apart then must go to
+zero. Usage: python benchmarks/robots/accuracy_integrator.py [--cases 12] [--seed 1]
 """
 
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -29,6 +30,7 @@ from toolpoint.studies.accuracy.tool_paths import line
 
 STRIPS, STEPS = 2000, 500  # of the helix; in a tooth period
 SPACING = 2.5e-4  # m between nodes of the structure
+REFINEMENTS = (1, 2, 4, 8)  # parts that steps of both are cut in
 
 
 def tooth_forces(cut: Any, depth: float, angles: Any, *, strips: int = STRIPS) -> tuple[Any, Any]:
@@ -96,23 +98,45 @@ def integrated_errors(machine: Any, side: Any, setup: MillingSetup, span: tuple[
     return float(np.linalg.norm(error[:, :3], axis=1).mean()), float(np.linalg.norm(error[:, 3:], axis=1).mean())
 
 
-def compare_refined(rigid: Any, count: int, rng: np.random.Generator) -> None:
-    """Print how far the two are apart on short lines with their own steps, with halves and with quarters."""
-    worst = np.zeros(3)
+def random_line(machines: tuple[Any, Any], rng: np.random.Generator) -> tuple[Any, Any, MillingSetup, str]:
+    """Machine (elastic or rigid), side, setup and words of one random line of all kinds."""
+    elastic, rigid = machines
+    machine = elastic if rng.random() < 0.35 else rigid
+    start = np.array([rng.uniform(0.6, 0.7), rng.uniform(-0.1, 0.0), rng.uniform(0.0, 0.15)])
+    way = np.array([0.0, rng.normal(), rng.normal()])
+    feed, law = float(10 ** rng.uniform(2.5, 4.2)) / 60e3, str(rng.choice(["quintic", "jerk-limited"]))
+    side = line(start, start + rng.uniform(0.01, 0.05) * way / np.linalg.norm(way), feed=feed, law=law)[0]
+    setup = MillingSetup(float(rng.uniform(6000, 20000)), float(rng.uniform(1e-4, 8e-4)),
+                         window=None if side.law.duration < 2 else 0.3, chip=str(rng.choice(["path", "constant"])))
+    kind = "elastic" if machine is elastic else "rigid"
+    return machine, side, setup, (f"{kind}, {1e3 * side.length:.0f} mm at {60e3 * feed:.0f} mm/min, {setup.speed:.0f} rev/min, "
+                                  f"chip {setup.chip}, {law}")
+
+
+def short_line(rigid: Any, rng: np.random.Generator) -> tuple[Any, Any, MillingSetup, str]:
+    """A line of 10 mm of the rigid robot, the path's chip."""
+    start = np.array([rng.uniform(0.6, 0.7), rng.uniform(-0.1, 0.0), rng.uniform(0.0, 0.15)])
+    way = np.array([0.0, rng.normal(), rng.normal()])
+    side = line(start, start + 0.01 * way / np.linalg.norm(way), feed=0.03, law="quintic")[0]
+    setup = MillingSetup(float(rng.uniform(8000, 12000)), float(rng.uniform(1e-4, 4e-4)), window=None, chip="path")
+    return rigid, side, setup, "short"
+
+
+def compare_refined(draw: Callable[[], tuple[Any, Any, MillingSetup, str]], count: int) -> None:
+    """Print how far the two are apart on random lines with their own steps, with halves, quarters and eighths."""
+    worst = np.zeros(len(REFINEMENTS))
     for case in range(count):
-        start = np.array([rng.uniform(0.6, 0.7), rng.uniform(-0.1, 0.0), rng.uniform(0.0, 0.15)])
-        way = np.array([0.0, rng.normal(), rng.normal()])
-        side = line(start, start + 0.01 * way / np.linalg.norm(way), feed=0.03, law="quintic")[0]
-        setup = MillingSetup(float(rng.uniform(8000, 12000)), float(rng.uniform(1e-4, 4e-4)), window=None, chip="path",
-                             halved=False)
-        for level, parts in enumerate((1, 2, 4)):
-            finer = replace(setup, steps=setup.steps * parts, spacing=setup.spacing / parts)
-            result = mill_side(rigid, side, finer, judged=False)
-            truth = integrated_errors(rigid, side, finer, result.span, parts=parts)
+        machine, side, setup, words = draw()
+        for level, parts in enumerate(REFINEMENTS):
+            finer = replace(setup, steps=setup.steps * parts, spacing=setup.spacing / parts, halved=False)
+            result = mill_side(machine, side, finer, judged=False)
+            truth = integrated_errors(machine, side, finer, result.span, parts=parts)
             apart = max(abs(a / b - 1) for a, b in zip((result.position_error, result.rotation_error), truth, strict=True))
             worst[level] = max(worst[level], apart)
-            print(f"{case + 1}: steps cut in {parts}: {1e6 * result.position_error:.5g} um, apart {apart:.2g}", flush=True)
-    print(f"apart at most, with the study's own steps, halves, quarters: {', '.join(f'{value:.2g}' for value in worst)}")
+            print(f"{case + 1}: {words}: steps cut in {parts}: {1e6 * result.position_error:.5g} um, apart {apart:.2g}",
+                  flush=True)
+    levels = ", ".join(f"{value:.2g} ({parts})" for parts, value in zip(REFINEMENTS, worst, strict=True))
+    print(f"apart at most (steps cut in): {levels}")
 
 
 def main() -> None:
@@ -120,32 +144,26 @@ def main() -> None:
     options = CommandLine(__doc__)
     options.cases("cases", 12)
     options.seed(1)
-    options.add_argument("--refined", action="store_true", help="both with ever smaller steps")
+    options.add_argument("--refined", choices=("short", "all"),
+                         help="both with ever smaller steps, on short lines or on all kinds")
     asked = options.parse_args()
     elastic = machine_file.read(MACHINE_TEMPLATES / "milling_robot.yaml")
     rigid = build(robot_machine(rigid_members(robot_file.read(MACHINE_TEMPLATES / "milling_robot_datasheet.yaml")),
                                 cutting=elastic.description.cutting))
     rng, held, worst = np.random.default_rng(asked.seed), 0, 0.0
     if asked.refined:
-        return compare_refined(rigid, asked.cases, rng)
+        draw = (lambda: short_line(rigid, rng)) if asked.refined == "short" else (lambda: random_line((elastic, rigid), rng))
+        return compare_refined(draw, asked.cases)
     for case in range(asked.cases):
-        machine = elastic if rng.random() < 0.35 else rigid
-        start = np.array([rng.uniform(0.6, 0.7), rng.uniform(-0.1, 0.0), rng.uniform(0.0, 0.15)])
-        way = np.array([0.0, rng.normal(), rng.normal()])
-        feed, law = float(10 ** rng.uniform(2.5, 4.2)) / 60e3, str(rng.choice(["quintic", "jerk-limited"]))
-        side = line(start, start + rng.uniform(0.01, 0.05) * way / np.linalg.norm(way), feed=feed, law=law)[0]
-        setup = MillingSetup(float(rng.uniform(6000, 20000)), float(rng.uniform(1e-4, 8e-4)),
-                             window=None if side.law.duration < 2 else 0.3, chip=str(rng.choice(["path", "constant"])))
+        machine, side, setup, words = random_line((elastic, rigid), rng)
         result = mill_side(machine, side, setup, judged=False)
         truth = integrated_errors(machine, side, setup, result.span)
         apart = max(abs(a / b - 1) for a, b in zip((result.position_error, result.rotation_error), truth, strict=True))
         stated = result.halving
         held += apart <= stated
         worst = max(worst, apart / stated)
-        kind = "elastic" if machine is elastic else "rigid"
-        print(f"{case + 1}: {kind}, {1e3 * side.length:.0f} mm at {60e3 * feed:.0f} mm/min, "
-              f"{setup.speed:.0f} rev/min, chip {setup.chip}, {law}: {1e6 * result.position_error:.4g} um, apart "
-              f"{100 * apart:.2g} %, stated {100 * stated:.2g} %; {held} of {case + 1} within", flush=True)
+        print(f"{case + 1}: {words}: {1e6 * result.position_error:.4g} um, apart {100 * apart:.2g} %, "
+              f"stated {100 * stated:.2g} %; {held} of {case + 1} within", flush=True)
     print(f"within what is stated: {held} of {asked.cases}, at most {worst:.2g} times")
 
 

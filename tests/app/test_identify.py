@@ -48,6 +48,16 @@ def test_table_modes_and_page(measured_file, tmp_path, capsys):
         assert words in page
 
 
+def test_modes_that_move_tool_against_table(measured_file, tmp_path, capsys):
+    """The answer of the command is that of the shapes: |delta|^2 over the highest mode, direction by direction."""
+    main(["identify", str(measured_file), "--between", "2,5", "-o", str(tmp_path / "page")])
+    assert "2 against 5:" in capsys.readouterr().out
+    assert "Tool against table" in (tmp_path / "page/index.html").read_text()
+    with pytest.raises(SystemExit):
+        main(["identify", str(measured_file), "--between", "2,77", "-o", str(tmp_path / "other")])
+    assert "between: 77; must be a point that was measured" in capsys.readouterr().err and not (tmp_path / "other").exists()
+
+
 def test_output_named_h5_saves_the_modes(measured_file, tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
     main(["identify", str(measured_file), "-o", "modes.h5", "--json"])

@@ -59,3 +59,9 @@ def test_it_is_the_last_line_and_no_part_of_json(capsys, tmp_path, monkeypatch):
     assert capsys.readouterr().out.splitlines()[-1].startswith("Next: toolpoint listen CUT.wav --teeth 4 --speed SPEED")
     main(["speeds", "--chatter", "850", "--teeth", "4", "--highest", "18000", "--json"])
     assert "Next:" not in capsys.readouterr().out
+
+
+def test_what_comes_next_is_of_the_kind_of_the_files():
+    """Two machine files have no drift: that asks for a test."""
+    assert next_commands("compare", {"older": "a.yaml", "newer": "b.yaml"}) == ["sensitivity b.yaml"]
+    assert next_commands("compare", {"older": "a.h5", "newer": "b.h5"}) == ["drift b.h5 --baseline a.h5"]

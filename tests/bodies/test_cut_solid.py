@@ -9,11 +9,12 @@ import pytest
 
 from solid_models import tetrahedral_brick
 from toolpoint import ToolpointError
-from toolpoint.bodies.solid import Casting, Cuboid, Material, SolidModel
+from toolpoint.bodies.solid import Casting, Cuboid, Material, PlaneFaces, SolidModel
 from toolpoint.bodies.solid.cut_solid import CutSolid, CutState
 from toolpoint.bodies.solid.element_places import locate
 from toolpoint.material_removal import MillShape, split_moves
 from toolpoint.material_removal.sweep_times import SweepTimes
+from toolpoint.studies.machining.thin_walls.clamped_part import ClampSpring
 from toolpoint.vibration.sparse import factorise, modes
 
 MM = 1e-3
@@ -150,3 +151,25 @@ def test_places_are_found_in_their_elements():
     assert located.motion(skewed.reshape(-1, 1))[:, :, 0] == pytest.approx(inside, abs=1e-9)
     beside = locate([(block.kind, block.nodes, model.nodes[block.nodes])], np.array([[0.02, 6 * MM, 0.01]]))
     assert beside.distance == pytest.approx(2 * MM, rel=1e-6)
+
+
+def test_a_block_on_springs_has_their_frequencies_and_their_compliance():
+    """Soft springs at the foot: the block moves as a rigid one, with sqrt(k/m) along z and about it sqrt(k/J); stiff ones add
+    1/k and the square of the arm over the turning stiffness to the compliance of the held block."""
+    model = Casting([Cuboid((0, 0, 0), (0.04, 0.04, 0.02))], {"body": ALUMINIUM}).meshed(0.02)
+    face, mass = PlaneFaces((0, 0, 0), (0, 0, 1)), 2700 * 0.04 * 0.04 * 0.02
+    soft = ClampSpring(face, np.diag([1e6, 1e6, 1e5, 1e4, 1e4, 20.0]), (0.02, 0.02, 0.0))
+    state = CutSolid(model, np.zeros(0, int), NOWHERE, [soft.on(model)]).at(0)
+    expected = [np.sqrt(1e5 / mass), np.sqrt(20.0 / (mass * 0.04**2 / 6))]
+    assert frequencies(state, 2) * 2 * np.pi == pytest.approx(sorted(expected), rel=2e-3)
+    place = (0.04, 0.0, 0.02)
+    stiff = {size: compliance(model, CutSolid(model, np.zeros(0, int), NOWHERE, [ClampSpring(
+        face, np.diag([1e9, size, 1e9, turn, 1e9, 1e9]), (0.02, 0.02, 0.0)).on(model)]).at(0), place)
+        for size, turn in ((1e9, 1e9), (1e8, 1e9))}
+    assert stiff[1e8] - stiff[1e9] == pytest.approx(1 / 1e8 - 1 / 1e9, rel=1e-6)
+    # About a line 30 mm above the face the same turning spring gives way without an arm of the lower one.
+    low, high = (compliance(model, CutSolid(model, np.zeros(0, int), NOWHERE, [ClampSpring(
+        face, np.diag([1e9, 1e9, 1e9, 1e5, 1e9, 1e9]), (0.02, 0.02, z)).on(model)]).at(0), place) for z in (0.0, 0.02))
+    assert low - high == pytest.approx(0.02**2 / 1e5, rel=1e-3)
+    with pytest.raises(ToolpointError, match="three at least"):
+        CutSolid(model, np.zeros(0, int), NOWHERE)

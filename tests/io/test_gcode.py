@@ -108,7 +108,7 @@ def test_a_fault_is_said_once_and_makes_no_others():
 
 @pytest.mark.parametrize(("block", "words"), [
     ("G33.1 Z-5 K1", "rigid tapping is not computed"), ("G5.2 X1 Y1 P2", "a spline is not computed"),
-    ("G38.2 Z-5", "probing is not computed"), ("G81 R1 Z-5 ^60", "polar coordinates are not computed")])
+    ("G38.2 Z-5", "probing is not computed")])
 def test_what_is_not_computed_is_named_with_what_to_post(block, words):
     with pytest.raises(FileFaults) as error:
         gcode.parse(f"G21 G90 F100 S500\nG0 X0 Y0 Z5\n{block}\nM2\n")

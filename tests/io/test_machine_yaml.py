@@ -9,6 +9,7 @@ from broken_machines import CHANGED, GOOD, SEVERAL, WHOLE
 from hypothesis import given
 from hypothesis import strategies as st
 
+from toolpoint._check import ToolpointError
 from toolpoint._doubt import Doubt
 from toolpoint.app.main import main
 from toolpoint.io.faults import FileFaults
@@ -89,6 +90,13 @@ def test_missing_and_binary_files(tmp_path):
     (tmp_path / "binary.yaml").write_bytes(b"\xff\xfe\x00\x01")
     with pytest.raises(ValueError, match="UTF-8"):
         machine_file.read(tmp_path / "binary.yaml")
+
+
+@pytest.mark.parametrize("name", ["test.h5", "test.uff", "hits.WAV"])
+def test_a_measured_file_in_place_of_a_machine_is_told_what_it_is(tmp_path, name):
+    (tmp_path / name).write_bytes(b"\x89HDF\r\n" if name.endswith("h5") else b"    -1\n   151\n")
+    with pytest.raises(ToolpointError, match=r"files hold measurements.*expected here is YAML.*--frf"):
+        machine_file.read(tmp_path / name)
 
 
 def test_byte_order_mark_and_windows_line_ends_are_fine(tmp_path):

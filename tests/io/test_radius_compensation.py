@@ -189,9 +189,9 @@ def test_klartext_goes_to_a_contour_along_it_or_square_to_it(kind, before):
 @pytest.mark.parametrize(("text", "words"), [
     ("G1 X0 Y-20 F500\nG41 X0 Y-5\nY0\nG3 X8 Y0 I4 J0\nG1 Y-5\nG40 Y-20", "arc of 4 mm"),
     ("G1 X-20 Y0 F500\nG42 X0 Y0\nY40\nX8\nY0\nG40 X40", "leave nothing of it"),
-    ("G1 X-20 Y0 F500\nG41 G3 X0 Y0 I10 J0\nY40\nG40 X40", "begins on an arc"),
+    ("G1 X-8 Y0 F500\nG41 G3 X0 Y0 I4 J0\nG1 Y20\nG40 X40", "no arc leads the tool"),
     ("G1 X-20 Y0 F500\nG41 X0 Y0\nY40\nG40 G3 X0 Y60 I0 J10", "end of radius compensation on an arc"),
-    ("G1 X-20 Y0 F500\nG41 X0 Y0\nY40\nG42 X40\nY0\nG40 X90", "changed while it is in force"),
+    ("BEGIN PGM A MM\nL X-20 Y0 F500\nL X0 RL\nL Y40\nL X40 RR\nEND PGM A MM", "without a block R0 between"),
     ("G1 X-20 Y0 F500\nG41 X0 Y0\nY40\nG81 X40 Z-5 R1\nG40 X90", "drilling cycle under radius compensation"),
     ("G1 X-20 Y0 F500\nG41.1 X0 Y0\nY40", "without D")])
 def test_what_no_control_does_is_refused_by_name(text, words):
@@ -217,3 +217,60 @@ def test_polar_places_are_on_a_circle():
     turned = gcode.parse("G16\nG81 X50 Y0 Z-10 R2 F100\nX50 Y=IC(60)\n")
     assert turned.end[~turned.rapid][1] == pytest.approx(absolute.end[~absolute.rapid][1])
     assert absolute.end[-1, :2] == pytest.approx([0, 0])
+
+
+def test_the_side_changes_in_one_move_square_to_both_ends():
+    """Siemens: the block before ends square to its end on the old side, the one that changes ends square on the new side."""
+    program = gcode.parse("G1 X0 Y0 F500\nG41 X10\nX20\nG42 X40\nX50\nG40 X60", cutter_radius=R)
+    assert 1e3 * program.end[1:, 1] == pytest.approx([5, 5, -5, -5, 0])
+    assert any("changes in one move" in note for note in program.notes)
+
+
+def test_compensation_that_begins_on_an_arc_ends_square_and_tangent():
+    """One arc from where the tool stands to the compensated end: both as far from its centre, on the contour's normal there."""
+    program = gcode.parse("G0 X0 Y0\nG41 G3 X10 Y10 I0 J10 F100\nG1 Y30\nG40 X-9\nM30", cutter_radius=R)
+    k = int(np.flatnonzero(program.kind == 1)[0])
+    centre, start, end = (1e3 * column[k, :2] for column in (program.center, program.start, program.end))
+    assert end == pytest.approx([5, 10]) and start == pytest.approx([0, 0]) and centre[1] == pytest.approx(10)
+    assert np.hypot(*(start - centre)) == pytest.approx(np.hypot(*(end - centre)), rel=1e-12)
+
+
+def way(program, k, *, is_end):
+    """Unit direction of motion at an end of a row, in the plane."""
+    if program.kind[k] == 0:
+        direction = (program.end[k] - program.start[k])[:2]
+    else:
+        ray = ((program.end if is_end else program.start)[k] - program.center[k])[:2]
+        direction = np.sign(program.sweep[k]) * np.array([-ray[1], ray[0]])
+    return direction / np.linalg.norm(direction)
+
+
+@pytest.mark.parametrize(("come", "go", "arcs"), [
+    ("CT X+0 Y+0 CCA90 R+10", "CT CCA90 R+10", [math.pi / 2, math.pi / 2]),
+    ("CT X+0 Y+0 CCA60 R-10", "CT CCA180 R-10", [-math.pi / 3, -math.pi]),
+    ("LCT X+0 Y+0 R10", "LCT X-30 Y+60 R10", None), ("PLCT PR+0 PA+0 R10", "PLCT PR+70 PA+90 R10", None)])
+def test_ways_on_circles_are_tangent_to_the_contour_and_have_their_radius(come, go, arcs):
+    """Klartext: the contour stands at x = 0, the tool on its left; LCT is tangent to its straight line, too."""
+    text = (f"BEGIN PGM A MM\nTOOL CALL 1 Z S1000\nL X-40 Y-30 Z-1 R0 F500\nCC X+0 Y+0\nAPPR {come} RL\nL Y+40\nDEP {go}\n"
+            "L X-60 Y+80 F900\nEND PGM A MM")
+    program = gcode.parse(text, cutter_radius=R)
+    first, last = np.flatnonzero(program.kind == 1)
+    assert np.hypot(*(program.start[[first, last]] - program.center[[first, last]])[:, :2].T) == pytest.approx(0.01)
+    assert program.end[first, :2] == pytest.approx([-R, 0]) and program.start[last, :2] == pytest.approx([-R, 0.04])
+    assert way(program, first, is_end=True) == pytest.approx([0, 1], abs=1e-9)
+    assert way(program, last, is_end=False) == pytest.approx([0, 1], abs=1e-9)
+    if arcs is not None:
+        assert program.sweep[[first, last]] == pytest.approx(arcs)
+    else:
+        assert way(program, first - 1, is_end=True) == pytest.approx(way(program, first, is_end=False), abs=1e-9)
+        assert way(program, last + 1, is_end=False) == pytest.approx(way(program, last, is_end=True), abs=1e-9)
+        assert 1e3 * program.end[last + 1, :2] == pytest.approx([-30, 60] if "X-30" in go else [0, 70], abs=1e-9)
+    assert np.array_equal(program.start[1:], program.end[:-1])
+
+
+def test_a_place_inside_the_circle_of_a_way_is_refused():
+    text = "BEGIN PGM A MM\nL X-12 Y-1 R0 F500\nAPPR LCT X+0 Y+0 R10 RL\nL Y+40\nDEP LT LEN9\nEND PGM A MM"
+    with pytest.raises(FileFaults, match="inside the circle of 10 mm"):
+        gcode.parse(text, cutter_radius=R)
+    with pytest.raises(FileFaults, match="without CCA"):
+        gcode.parse(text.replace("LCT X+0 Y+0 R10", "CT X+0 Y+0 R10"), cutter_radius=R)

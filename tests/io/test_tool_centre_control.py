@@ -90,7 +90,7 @@ def test_klartext_takes_the_tool_of_a_block_with_vectors_and_not_its_normal() ->
     ("TRAORI\nG1 X10 A2=10 F900", 2, "A2=: Euler"),
     ("TRAORI\nG1 X10 A5=0 C5=1 F900", 2, "A5=: a normal"), ("G1 X10 A3=1 F900", 1, "without TRAORI"),
     ("G43.5\nG1 X10 I0 J0 K0 F900", 2, "of no length"), ("G68.2 J45\nG53.1\nG43.4 H1\nG1 X5 F900", 3, "tilted is not computed"),
-    ("G43.4 H1\nG81 X5 Z-3 R2 F100", 2, "drilling cycle under G43.4"), ("G43.4\nG53 G0 Z0", 2, "machine coordinates")])
+    ("G43.4 H1\nG81 X5 Z-3 R2 F100", 2, "drilling cycle under G43.4"), ("G43.4\nG53 G1 Z0 F9", 2, "machine coordinates")])
 def test_what_is_not_computed_is_refused_with_its_line(text: str, line: int, words: str) -> None:
     with pytest.raises(ToolpointError, match=words) as caught:
         _read("S9000\nG0 X0 Y0 Z5\n" + text)

@@ -269,6 +269,22 @@ def test_synthesis_follows_the_measurement_and_modes_carry_residual_terms():
     assert np.abs(summed.values - part.values).max() < 0.6 * far
 
 
+@pytest.mark.parametrize("noise", [0.0, 0.01])
+def test_planes_that_do_not_couple_are_identified_together(noise):
+    """The responses from one plane to the other are rounding alone: on its own scale no mode follows it."""
+    rng = np.random.default_rng(3)
+    truth = Modes([40.0, 55.0, 42.0, 70.0], [0.02, 0.03, 0.02, 0.01], [[0.1, 0.08, 0, 0], [0, 0, 0.12, 0.07]], ["1:+x", "1:+y"])
+    frf = modal(truth, np.arange(20.0, 100.0, 0.1), outputs=truth.dofs, inputs=truth.dofs)
+    values = frf.values.copy()
+    values[:, [0, 1], [1, 0]] = 1e-17 * np.abs(values).max() * (rng.normal(size=(values.shape[0], 2)) + 1j)
+    values = values * (1 + noise * (rng.normal(size=values.shape) + 1j * rng.normal(size=values.shape)))
+    found = identify(Frf(frf.frequency, values, frf.outputs, frf.inputs))
+    order = np.argsort(truth.frequency)
+    np.testing.assert_allclose(found.modes.frequency, truth.frequency[order], rtol=1e-3 if noise else 1e-6)
+    np.testing.assert_allclose(found.modes.damping_ratio, truth.damping_ratio[order], rtol=5e-2 if noise else 1e-4)
+    assert found.quality.min() > 0.99 and found.mode_quality.min() > 0.99 and not found.doubtful.any()
+
+
 def test_a_dead_channel_is_left_out_and_named():
     rng = np.random.default_rng(2)
     frf = with_noise(benchmark(rng, points=8).frf, 0.01, rng)

@@ -168,6 +168,22 @@ def test_modes_that_move_tool_against_table_are_selected():
     w = modes.omega[1]
     assert found.peak[1, 0] == pytest.approx(4 / (2 * 0.02 * w**2))
     assert set(found.ranking[:2].tolist()) == {1, 3}
+    assert found.status == ("The modes at 20, 40 Hz move tool against table by at least a tenth of the largest along x or y or "
+                            "z; the other 2 move both nearly alike, or neither, and hardly matter to the cut.")
+
+
+def test_tool_against_table_with_a_sensor_that_points_the_other_way_and_one_direction_in_common():
+    """The sign of a sensor at the table changes nothing; z was measured at the tool alone and is left out."""
+    shape = np.array([[1.0, 1.0, 0.3], [0.2, -0.5, 0.1], [0.0, 0.7, 0.0]]).T
+    modes = Modes([10.0, 20.0, 30.0], [0.02] * 3, shape, ["tool:+x", "table:+x", "tool:+z"])
+    turned = Modes([10.0, 20.0, 30.0], [0.02] * 3, shape * [[1], [-1], [1]], ["tool:+x", "table:-x", "tool:+z"])
+    found, other = significance(modes, "tool", "table"), significance(turned, "tool", "table")
+    assert found.directions == other.directions == ("x",)
+    np.testing.assert_allclose(found.peak, other.peak)
+    with pytest.raises(ToolpointError, match=r"between: bed; must be a point that was measured: tool, table"):
+        significance(modes, "tool", "bed")
+    with pytest.raises(ToolpointError, match="must share a direction"):
+        significance(Modes([10.0], [0.02], [[1.0], [1.0]], ["tool:+x", "table:+y"]), "tool", "table")
 
 
 def test_two_modes_that_one_reference_cannot_part_are_remarked():

@@ -11,9 +11,11 @@ from study_functions import Deadly, static
 
 from toolpoint import ToolpointError
 from toolpoint.cutting import PanelArnoldi, ZeroOrder, stability
+from toolpoint.studies import machine_dynamics, modal_dynamics, with_work
 from toolpoint.studies.cuts.chatter_map import chatter_map
 from toolpoint.studies.execute import Dask, Serial
 from toolpoint.studies.machines.tool_point import depth_limit, milling_problem, tool_point
+from toolpoint.vibration import Modes
 
 AXES = {"X": [-0.2, 0.1], "Z": [0.0, 0.3]}
 SPEEDS = np.linspace(900.0, 1600.0, 8)
@@ -37,6 +39,22 @@ def test_every_place_of_the_grid_has_the_limits_of_its_own_chart(found, vertical
                 np.testing.assert_allclose(found.limit[i, k, way], chart.limit, rtol=1e-9)
                 np.testing.assert_allclose(found.frequency[i, k, way], chart.frequency[chart.limit_points()], rtol=1e-9)
             assert found.depth_max[i, k] == pytest.approx(depth_limit(problem))
+
+
+def test_a_work_that_gives_way_counts_at_every_place(found, vertical_drives):
+    """The chart of one place with the sum of both responses on lines; a work of nothing changes nothing."""
+    wall = modal_dynamics(Modes([70.0], [0.02], [[3e-2]], ["wall:+x"]), y="rigid")
+    mapped = chatter_map(vertical_drives, AXES, speeds=SPEEDS, feed_angles=ANGLES, method=ZeroOrder(), work=wall)
+    pose = {"X": AXES["X"][1], "Z": AXES["Z"][0]}
+    both = with_work(machine_dynamics(vertical_drives, pose), wall)
+    problem = milling_problem(vertical_drives.description.cutting, both.response, both.x, y=both.y)
+    chart = stability.chart(problem.at_feed_angle(ANGLES[1]), SPEEDS, ZeroOrder(), depth_max=mapped.depth_max[1, 0])
+    np.testing.assert_allclose(mapped.limit[1, 0, 1], chart.limit, rtol=1e-6)
+    assert (mapped.limit < 0.9 * found.limit).any()
+    assert any("the work gives way too" in note for note in mapped.notes)
+    nothing = modal_dynamics(Modes([70.0], [0.02], [[1e-9]], ["wall:+x"]), y="rigid")
+    still = chatter_map(vertical_drives, AXES, speeds=SPEEDS, feed_angles=ANGLES, method=ZeroOrder(), work=nothing)
+    np.testing.assert_allclose(still.limit, found.limit, rtol=1e-6)
 
 
 def test_the_worst_place_is_the_smallest_of_all_and_nothing_stable_everywhere_lies_above(found):

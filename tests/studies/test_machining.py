@@ -26,6 +26,7 @@ from toolpoint.machine.description import (
     PointDescription,
 )
 from toolpoint.material_removal import Stock
+from toolpoint.studies.machining.program_path import raise_reference_moves, travel_doubts
 from toolpoint.studies.machining.result import MachiningStudy
 from toolpoint.vibration import Modes
 
@@ -152,10 +153,29 @@ def test_rapids_and_holders_are_named_with_line_and_place() -> None:
     result = _run(text, stick_out=0.023, holder_diameter=0.05)
     assert any(doubt.startswith("rapid through stock: line 7, 3 mm deep at X ") for doubt in result.doubts)
     assert result.answer.startswith("Do not run it as it is (rapid through stock)")
+    with pytest.raises(ToolpointError, match="must not be run, and no speed or feed mends it: rapid through stock"):
+        assert result.advised_words  # no program is written for it
     deep = _run(PROGRAM.format(speed=12000, depth=3).replace("Z-3\nG1", "Z-21\nG1"), stick_out=0.0205, holder_diameter=0.05,
                 cut={"flute_length": 0.02})
     assert any(doubt.what == "holder in the work" for doubt in deep.doubts)
     assert any(doubt.what == "cut below the stock" for doubt in deep.doubts)
+
+
+def test_travel_counts_rapids_and_a_tool_longer_than_z() -> None:
+    """A rapid beyond the travel, a raised one to the reference point that is not, and one that Z cannot lift over the work."""
+    text = "G0 X0 Y0\nG0 Z150\nG1 Z-1 F100\nG91 G28 Z0\nG90\nM30\n"
+    path, axes = parse(text, start=(0, 0, 0.1)).path, {"Z": (-0.2, 0.1)}
+    raised = raise_reference_moves(path, text, 0.12)
+    (doubt,) = travel_doubts(raised, axes, {}, length=0.0, height=0.12)
+    assert doubt.grave and "line 2 goes to 150 mm" in doubt
+    doubts = travel_doubts(raised, {"Z": (-0.2, 0.2)}, {}, length=0.5, height=0.12)
+    assert ["the tool sticks out 500 mm, and Z goes 400 mm" in doubt for doubt in doubts] == [True]
+
+
+def test_a_feed_that_no_tooth_takes_is_grave() -> None:
+    result = _run("S1 G1 F2400 X-10 Y7 Z-1\nX20\n")
+    assert any(doubt.what == "chips" and doubt.grave for doubt in result.doubts)
+    assert not any(doubt.what == "chips" for doubt in _run("S9000 G1 F2400 X-10 Y7 Z-1\nX20\n").doubts)
 
 
 def test_each_tool_has_its_own_stick_out() -> None:

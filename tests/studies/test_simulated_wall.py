@@ -26,6 +26,10 @@ def test_a_stiff_tool_leaves_its_scallops():
     assert np.ptp(equal.profile) == pytest.approx(FEED**2 / (8 * RADIUS), rel=0.05)
     assert np.ptp(offset.profile) == pytest.approx((2 * FEED) ** 2 / (8 * RADIUS), rel=0.05)
     assert offset.parameters["Rz"] > 3 * equal.parameters["Rz"]
+    # Scallops lie far below the cutoff: every filter passes them nearly whole.
+    for parameters in offset.filtered.values():
+        assert parameters["Rz"] == pytest.approx((2 * FEED) ** 2 / (8 * RADIUS), rel=0.12)
+        assert parameters["Ra"] == pytest.approx(offset.parameters["Ra"], rel=0.12)
 
 
 @pytest.mark.parametrize(("engagement", "side"), [(Engagement.down(0.1), "exit"), (Engagement.up(0.1), "entry")])

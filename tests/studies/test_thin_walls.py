@@ -219,7 +219,11 @@ def test_a_part_is_read_from_a_machine_file_and_refused_by_name(tmp_path: Path):
     assert part.coarse is not None and part.coarse.element_count < part.model.element_count
     with pytest.raises(ToolpointError, match="must be an interface of wall: foot"):
         studies.describe_part(description, ["fot"])
-    assert any("the springs of clamp are left out" in doubt for doubt in part.doubts)
+    spring = part.springs[0]  # a clamp with stiffness is a spring by its key, without it the face does not move
+    assert spring.stiffness == pytest.approx(np.diag([1e9] * 3 + [1e6] * 3)) and not part.held and not part.doubts
+    path.write_text(FILE.format(loss=0.01).replace("rx: 1e6, ", ""))
+    with pytest.raises(ToolpointError, match="stiffness without rx"):
+        studies.describe_part(io.read_description(path), ["foot"])
     path.write_text(FILE.format(loss=0.01).replace("mesh_size: 6 mm", "mesh_size: 60 mm"))
     assert studies.describe_part(io.read_description(path), ["foot"]).coarse is None  # both would be one element
     path.write_text(FILE.format(loss=0))

@@ -13,7 +13,7 @@ MAX_NAMED_FILES = 2  # of an argument of several; more are not repeated
 
 # Command to those that may come next; what stands in braces is an argument or option of the command itself, and a line is said
 # only where each of them was given; one after an exclamation mark must not have been given, so that no command names itself
-# again as it was. Words in capitals are for the reader to fill in.
+# again as it was; one with a kind (newer:test) must be of that kind. Words in capitals are for the reader to fill in.
 NEXT_COMMANDS: dict[str, tuple[str, ...]] = {
     "tap": ("listen CUT.wav --teeth {cut_teeth} --speed SPEED",
             "new project my_project"),
@@ -49,7 +49,7 @@ NEXT_COMMANDS: dict[str, tuple[str, ...]] = {
     "base": ("modes {machine}",),
     "report": ("sensitivity {machine}",),
     "correlate": ("update {machine} --modes {files} --machine updated.yaml", "sensitivity {machine}"),
-    "compare": ("drift {newer} --baseline {older}",),
+    "compare": ("drift {newer:test} --baseline {older:test}", "sensitivity {newer:machine}"),
     "sensitivity": ("change {machine} PATH=NUMBER -o changed.yaml", "screen PLAN.yaml"),
     "update": ("correlate {written} TEST.uff --geometry points.csv --components parts.yaml", "lobes {written}",
                "update {machine} --machine updated.yaml"),
@@ -81,14 +81,21 @@ def next_commands(command: str, values: Mapping[str, Any]) -> list[str]:
     for template in NEXT_COMMANDS.get(command, ()):
         names = value_names(template)
         absent_names = {name[1:] for name in names if name.startswith("!")}
-        if all(name in words for name in names if not name.startswith("!")) and not absent_names & set(words):
-            lines.append(re.sub(r"\{!\w+\}", "", template).format(**words))
+        kinds = re.findall(r"\{(\w+):(\w+)\}", template)
+        if (all(name in words for name in names if not name.startswith("!")) and not absent_names & set(words)
+                and all(_kind_of(words[name]) == kind for name, kind in kinds)):
+            lines.append(re.sub(r"\{!\w+\}", "", re.sub(r":\w+\}", "}", template)).format(**words))
     return lines[:MAX_SUGGESTED_COMMANDS]
 
 
 def value_names(template: str) -> list[str]:
     """Return the arguments and options that a line names in braces."""
-    return re.findall(r"\{(!?\w+)\}", template)
+    return re.findall(r"\{(!?\w+)(?::\w+)?\}", template)
+
+
+def _kind_of(word: str) -> str:
+    """Return whether a file is a machine (YAML) or a test."""
+    return "machine" if word.strip("'").endswith((".yaml", ".yml")) else "test"
 
 
 def _words_of(value: Any) -> str:

@@ -90,4 +90,5 @@ Angle = Annotated[float, Reading(written.read_angle)]
 Place = Annotated[tuple[float, float, float], Reading(written.read_lengths)]
 Direction = Annotated[Vector, Reading(written.read_direction, "x, y, z, an angle from x towards y like 30deg, or a vector like "
                                                               "1,0,0.5")]
+TwoPoints = Annotated[tuple[str, str], Reading(written.read_two_points, "two points of the test, as tool,table")]
 Plane = Annotated[tuple[Vector, Vector], Reading(written.read_plane, "two directions, as y,z")]

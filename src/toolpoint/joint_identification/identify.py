@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Protocol
+from functools import partial
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,30 +14,37 @@ from toolpoint._check import FloatArray, ToolpointWarning, fail, floats, nonnega
 from toolpoint._doubt import Doubt, mark_notes
 from toolpoint._notebook import NotebookText
 from toolpoint._threads import on_one_thread
+from toolpoint.joint_identification.component_motions import (
+    MotionMethod,
+    add_coordinate_variance,
+    align_phase,
+    component_motions,
+    real_variance,
+)
 from toolpoint.joint_identification.joints.chain import better_order, parents, relative_motion_of
 from toolpoint.joint_identification.joints.estimate import JointEstimate, estimate_joint
-from toolpoint.joint_identification.joints.joint_fit import Criterion, JointFit, candidates, settle_floor, stack_twists
+from toolpoint.joint_identification.joints.joint_fit import (
+    Criterion,
+    JointFit,
+    candidates,
+    rival_of,
+    settle_floor,
+    stack_twists,
+)
 from toolpoint.joint_identification.joints.stiffness import ComponentMass
 from toolpoint.joint_identification.machine.bending_share import bending_share
 from toolpoint.joint_identification.machine.refined import FIT_OF_MACHINE, fit_doubts, question_fit, refine_joint
 from toolpoint.joint_identification.machine.rigid_machine import COUPLED
+from toolpoint.joint_identification.machine.rival_joints import fit_with_rivals, question_runaways
 from toolpoint.joint_identification.machine.untested_directions import question_directions, struck_wrenches
 from toolpoint.joint_identification.machine.whole_machine import WholeMachine, whole_machine, widen_softness
 from toolpoint.joint_identification.modes.modal_scale import scale_deviations
 from toolpoint.joint_identification.modes.mode_mixing import mixing_in_phase
 from toolpoint.joint_identification.motion.direction_gains import question_gains
 from toolpoint.joint_identification.motion.measured import Component, Point, component
-from toolpoint.joint_identification.motion.motion_errors import (
-    column_correlation,
-    coordinate_variance,
-    with_bending,
-    with_common_noise,
-    with_errors,
-    with_placed_errors,
-)
-from toolpoint.joint_identification.motion.point_places import place_points
 from toolpoint.joint_identification.motion.relative_motion import RelativeMotion
-from toolpoint.joint_identification.motion.rigid_motion import RigidMotion, SmallMotion, rigid_motion
+from toolpoint.joint_identification.motion.rigid_motion import RigidMotion, SmallMotion
+from toolpoint.joint_identification.motion.sensor_gains import SensorGains, fit_gains
 from toolpoint.joint_identification.motion.strangers import strangers
 from toolpoint.joint_identification.motion.wrong_channels import question_channels
 from toolpoint.vibration import Modes
@@ -46,13 +53,6 @@ from toolpoint.vibration.correlation import mac
 _REAL_SHAPES = "damping: a loss factor a joint is assumed; real shapes cannot tell what losses couple between modes"
 # Fraction of a component's points that may be left out because they do not move with it, and the points that must remain.
 _MAX_STRANGER_FRACTION, _MIN_COMPONENT_POINTS = 0.2, 6
-
-
-class MotionMethod(Protocol):
-    """A way to find the twists of a component: `SmallMotion`, `FiniteRotation` or `ClosestPoint`."""
-
-    def twists(self, part: Component) -> FloatArray:
-        """Return the twists (6, n_columns) about the origin."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,15 +64,17 @@ class JointIdentification(NotebookText):
     relatives: tuple[RelativeMotion, ...]
     doubts: tuple[Doubt, ...] = ()
     machine: WholeMachine | None = None
+    gains: SensorGains | None = None
 
     @property
     def notes(self) -> tuple[str, ...]:
         """Assumptions of the stiffnesses and losses."""
+        of_gains = () if self.gains is None else (self.gains.note,)
         if self.machine is None:
-            return ()
+            return of_gains
         loss = max((abs(joint.loss_factor or 0.0) for joint in self.joints if joint.screws.shape[1]), default=0.0)
         scale, law = self.machine.fit.mass_scale, self.machine.law
-        said = [] if scale is None or scale.doubt else [scale.note]
+        said = [*of_gains, *([] if scale is None or scale.doubt else [scale.note])]
         said.append(_REAL_SHAPES if law is None else law.note)
         if law is not None and law.law != COUPLED:
             return tuple(said)
@@ -163,42 +165,71 @@ def identify_joints(
     deviation = float(nonnegative("coordinate_deviation", floats("coordinate_deviation", coordinate_deviation)))
     if calibration_deviation is not None:
         nonnegative("calibration_deviation", floats("calibration_deviation", calibration_deviation))
-    aligned = _align_phase(modes)
-    real = replace(aligned, shape=aligned.shape.real, shape_variance=_real_variance(aligned))
-    parts, motions, place_doubts = _motions(real, points, components, method=method, deviation=deviation, criterion=criterion)
-    channel_doubts = [*question_gains(parts), *question_channels(parts, real.dofs)]
+    aligned = align_phase(modes)
+    real = replace(aligned, shape=aligned.shape.real, shape_variance=real_variance(aligned))
+    # What is wrong is looked for in the shapes as they were measured, not where gains have made up for a part of it.
+    measured = {name: component(name, real, points, labels=labels) for name, labels in components.items()}
+    judged = {name: add_coordinate_variance(part, deviation) for name, part in measured.items()}
+    channel_doubts = [*question_gains(judged), *question_channels(judged, real.dofs)]
+    gains = fit_gains(measured, deviation, calibration_deviation)
+    motions_of = partial(_motions_with_gains, points=points, method=method, deviation=deviation, criterion=criterion)
+    parts, motions, place_doubts = motions_of(real, gains, components=components)
     independent, general_doubts = _count_independent(modes, parts)
     strangers_of = {name: strangers(part) for name, part in parts.items()}
     components = _drop_strangers(components, strangers_of)
     flexible = _flaws(motions, strangers_of, components, count=modes.count, criterion=criterion)
     if any(len(part.points) > len(components[name]) for name, part in parts.items()):
-        parts, motions, place_doubts = _motions(real, points, components, method=method, deviation=deviation,
-                                                criterion=criterion)
+        measured = {name: component(name, real, points, labels=labels) for name, labels in components.items()}
+        gains = fit_gains(measured, deviation, calibration_deviation)
+        parts, motions, place_doubts = motions_of(real, gains, components=components)
     tree, order_doubts = _best_tree(tree, parts, motions, criterion)
     relatives = tuple(relative_motion_of(parent, child, parts, motions=motions) for child, parent in tree.items())
-    joints = []
-    for motion in relatives:
-        choices = candidates(stack_twists(motion, criterion), criterion)
-        choices[0] = settle_floor(motion, criterion, choices[0])
-        joints.append(estimate_joint(motion, choices, _joint_doubts(motion, choices, independent, flexible)))
-    doubts = [*channel_doubts, *order_doubts, *general_doubts]
+    question = partial(_joint_doubts, independent=independent, flexible=flexible, frequency=modes.frequency,
+                       criterion=criterion)
+    joints, rivals = _choose_joints(relatives, criterion, question)
+    doubts = [*channel_doubts, *([] if gains is None else gains.doubts), *order_doubts, *general_doubts]
     machine = None
     if masses is not None:
         _check_masses(parts, joints, masses)
         if np.iscomplexobj(aligned.shape):
-            parts, motions, place_doubts = _motions(aligned, points, components, method=method, deviation=deviation,
-                                                    criterion=criterion)
+            parts, motions, place_doubts = motions_of(aligned, gains, components=components)
+        fit = partial(whole_machine, aligned, parts, motions, relatives=relatives, masses=masses, scale=scale_deviations(modes),
+                      calibration=calibration_deviation, mixing=mixing_in_phase(modes))
         try:
-            fitted = whole_machine(aligned, parts, motions, joints=joints, relatives=relatives, masses=masses,
-                                   scale=scale_deviations(modes), calibration=calibration_deviation,
-                                   mixing=mixing_in_phase(modes))
+            fitted, joints = fit_with_rivals(lambda chosen: fit(joints=chosen), joints, rivals)
             machine = widen_softness(fitted, bending_share(parts, motions, relatives, frequency=modes.frequency,
                                                            kept=fitted.modes, criterion=criterion))
         except np.linalg.LinAlgError as error:
             doubts.append(Doubt(FIT_OF_MACHINE, f"it broke down ({error}): no stiffness", "check masses, chain and doubts, and "
                                 "whether modes were counted twice"))
-    result = JointIdentification(tuple(joints), motions, relatives, (*doubts, *place_doubts), machine)
+    result = JointIdentification(tuple(joints), motions, relatives, (*doubts, *place_doubts), machine, gains)
     return _refine_joints(result, modes, struck_wrenches(modes, points, components))
+
+
+def _choose_joints(relatives: Sequence[RelativeMotion], criterion: Criterion,
+                   question: Callable[[RelativeMotion, list[JointFit]], tuple[Doubt, ...]]
+                   ) -> tuple[list[JointEstimate], dict[str, JointEstimate]]:
+    """Return the joints as their motions determine them, and by child those that the fit of the machine may prefer."""
+    joints, rivals = list[JointEstimate](), dict[str, JointEstimate]()
+    for motion in relatives:
+        stack = stack_twists(motion, criterion)
+        choices = candidates(stack, criterion)
+        rival = rival_of(stack, choices, criterion)
+        choices[0] = settle_floor(motion, criterion, choices[0])
+        joints.append(estimate_joint(motion, choices, question(motion, choices)))
+        if rival is not None:
+            fits = [settle_floor(motion, criterion, rival)]
+            rivals[motion.child] = estimate_joint(motion, fits, question(motion, fits))
+    return joints, rivals
+
+
+def _motions_with_gains(modes: Modes, gains: SensorGains | None, *, points: Mapping[Point, ArrayLike],
+                        components: Mapping[str, Sequence[Point]], method: MotionMethod, deviation: float,
+                        criterion: Criterion) -> tuple[dict[str, Component], dict[str, RigidMotion], list[Doubt]]:
+    """Return components, motions and doubts of the coordinates, from shapes divided by the gains of the sensor's directions."""
+    corrected = modes if gains is None else gains.corrected(modes)
+    return component_motions(corrected, points, components, method=method, deviation=deviation, criterion=criterion,
+                             gains=gains)
 
 
 def _refine_joints(result: JointIdentification, modes: Modes, forces: Mapping[str, FloatArray]) -> JointIdentification:
@@ -209,70 +240,13 @@ def _refine_joints(result: JointIdentification, modes: Modes, forces: Mapping[st
         refined = [refine_joint(joint, machine) for joint in result.joints]
         untested = [question_directions(joint, machine, result.motions, relative=motion, omega=modes.omega, forces=forces)
                     for joint, motion in zip(refined, result.relatives, strict=True)]
-        result = replace(result, joints=tuple(replace(joint, doubts=(*fit_doubt, *doubts, *joint.doubts))
-                                              for joint, doubts in zip(refined, untested, strict=True)),
+        runaways = question_runaways(refined, result.relatives)
+        result = replace(result, joints=tuple(replace(joint, doubts=(*fit_doubt, *runaway, *doubts, *joint.doubts))
+                                              for joint, doubts, runaway in zip(refined, untested, runaways, strict=True)),
                          doubts=(*result.doubts, *fit_doubts(machine.fit, machine, modes.frequency)))
     if not result.certain:
         warnings.warn(result.status, ToolpointWarning, stacklevel=3)
     return result
-
-
-def _align_phase(modes: Modes) -> Modes:
-    """Return complex shapes turned to where their real parts are largest; real ones as they are."""
-    if not np.iscomplexobj(modes.shape):
-        return modes
-    phase = np.exp(-0.5j * np.angle((modes.shape**2).sum(axis=0)))
-    return replace(modes, shape=modes.shape * phase, scaling="unscaled", participation=None, input_dofs=(),
-                   lower_residual=None, upper_residual=None)
-
-
-def _real_variance(modes: Modes) -> FloatArray | None:
-    """Return the variance of one real column: half of that of a complex shape."""
-    variance = modes.shape_variance
-    return variance if variance is None or not np.iscomplexobj(modes.shape) else variance / 2
-
-
-def _motions(modes: Modes, points: Mapping[Point, ArrayLike], components: Mapping[str, Sequence[Point]], *,
-             method: MotionMethod, deviation: float, criterion: Criterion
-             ) -> tuple[dict[str, Component], dict[str, RigidMotion], list[Doubt]]:
-    """Return the components, their rigid motions with the covariance of all columns, and doubts of the coordinates.
-
-    Components stay where their coordinates are stated, with what these may be wrong by in their variance, so that they are
-    judged fairly; the motions are those of the points where all modes together place them.
-    """
-    stated = {name: component(name, modes, points, labels=labels) for name, labels in components.items()}
-    parts = {name: _add_coordinate_variance(part, deviation) for name, part in stated.items()}
-    motions = {name: rigid_motion(part, _twists(method, part)) for name, part in parts.items()}
-    doubts: list[Doubt] = []
-    if deviation > 0:
-        motions, doubts = _place_motions(stated, motions, method, deviation)
-    else:
-        motions = with_common_noise(parts, motions)
-        correlation = column_correlation(parts, motions)
-        motions = {name: with_errors(part, motions[name], correlation) for name, part in parts.items()}
-    tests = sum(motion.twist.shape[1] for motion in motions.values())
-    significance, floor = criterion.significance / tests, max(criterion.floor, 1e-3)
-    bent = {name: with_bending(parts[name], motion, significance, floor=floor) for name, motion in motions.items()}
-    return parts, bent, doubts
-
-
-def _place_motions(stated: Mapping[str, Component], judged: Mapping[str, RigidMotion], method: MotionMethod, deviation: float
-                    ) -> tuple[dict[str, RigidMotion], list[Doubt]]:
-    """Return the motions of the components with their points placed; how rigid they are stays as it was judged."""
-    placed = {name: place_points(part, deviation) for name, part in stated.items()}
-    parts = {name: part.part for name, part in placed.items()}
-    motions = with_common_noise(parts, {name: part.motion for name, part in placed.items()})
-    correlation = column_correlation(parts, motions)
-    result = {}
-    for name, part in placed.items():
-        motion, twist, first = with_placed_errors(part, motions[name], correlation), _twists(method, part.part), judged[name]
-        result[name] = replace(motion, twist=motion.twist if twist is None else twist, bending=first.bending,
-                               bending_p=first.bending_p, residual=first.residual)
-    return result, [
-        Doubt(f"points of {name}", f"the motions place them {1e3 * part.deviation:.3g} mm (rms a coordinate) from where they "
-              f"are stated, {1e3 * deviation:.3g} mm were told: intervals take the former", "check them, whether it bends, and "
-              "that the directions of the sensor have one calibration", figure=part.deviation / deviation)
-        for name, part in placed.items() if part.deviation > deviation]
 
 
 def _check_masses(parts: Mapping[str, Component], joints: Sequence[JointEstimate], masses: Mapping[str, ComponentMass]) -> None:
@@ -282,24 +256,6 @@ def _check_masses(parts: Mapping[str, Component], joints: Sequence[JointEstimate
         fail("masses", f"none for {without_mass}", "must be given for every component")
     if all(joint.parent != "ground" for joint in joints):
         fail("chain", "without ground", "must start at ground for a stiffness", remedy="start the chain with 'ground'")
-
-
-def _add_coordinate_variance(part: Component, deviation: float) -> Component:
-    """Return the component with the variance that wrong coordinates bring added to that of the shapes."""
-    if deviation == 0:
-        return part
-    motion = rigid_motion(part)
-    added = coordinate_variance(part, motion.twist, deviation)
-    if part.variance is not None:
-        return replace(part, variance=part.variance + added)
-    # Noise of unknown size: what the rigid motion leaves, less the coordinates' mean share, at least a hundredth of it.
-    noise = motion.variance.mean(axis=0)
-    return replace(part, variance=np.maximum(noise - added.mean(axis=0), 0.01 * noise) + added)
-
-
-def _twists(method: MotionMethod, part: Component) -> FloatArray | None:
-    """Return the twists of a method; None for the default, which the motion computes itself."""
-    return None if isinstance(method, SmallMotion) else method.twists(part)
 
 
 def _check_overlap(components: Mapping[str, Sequence[Point]]) -> None:
@@ -369,8 +325,8 @@ def _flaws(motions: Mapping[str, RigidMotion], strange: Mapping[str, Sequence[Po
     return result
 
 
-def _joint_doubts(motion: RelativeMotion, fits: list[JointFit], independent: int,
-                  flexible: Mapping[str, Doubt]) -> tuple[Doubt, ...]:
+def _joint_doubts(motion: RelativeMotion, fits: list[JointFit], *, independent: int, flexible: Mapping[str, Doubt],
+                  frequency: FloatArray, criterion: Criterion) -> tuple[Doubt, ...]:
     """Return the doubts about one joint: its components, the number of modes, and other kinds."""
     fit = fits[0]
     doubts = [flexible[name] for name in (motion.parent, motion.child) if name in flexible]
@@ -380,6 +336,17 @@ def _joint_doubts(motion: RelativeMotion, fits: list[JointFit], independent: int
     if fit.kind == "general":
         doubts.append(Doubt("kind", f"no simple kind explains the motion ({fit.chart.freedoms} freedoms)", "check the points "
                             f"of {motion.child} and {motion.parent} and the order of the chain"))
+    if fit.freedom > 0 and fit.probability < criterion.significance:
+        one_mode = fit.passes(criterion.significance)
+        if one_mode:
+            ratio = float(np.sqrt(fit.mode_misfit))
+            why, remedy = (f"one mode alone, at {frequency[fit.misfit_mode]:.4g} Hz, leaves {ratio:.2g} times the noise",
+                           "look at that mode, and strike where it moves")
+        else:
+            ratio = float(np.sqrt(fit.chi2 / fit.freedom))
+            why, remedy = (f"no simple kind explains the motion, and this one leaves {ratio:.2g} times the noise",
+                           f"check the points of {motion.child} and {motion.parent}")
+        doubts.append(Doubt("kind", f"{why}: {fit.kind} is kept, and the intervals hold what it leaves", remedy, figure=ratio))
     if len(fits) > 1:
         doubts.append(Doubt("kind", f"the data do not refuse {', '.join(other.kind for other in fits[1:])} either",
                             "give more modes"))

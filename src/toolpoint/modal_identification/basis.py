@@ -20,6 +20,8 @@ from toolpoint.vibration.frf import Frf
 
 LOWER_CENTRES = (0.25, 0.5, 0.71, 0.83, 0.91, 0.96)  # c over the lowest line
 UPPER_CENTRES = (1.04, 1.1, 1.2, 1.4, 2.0, 4.0)  # c over the highest line
+# Power of a response over the largest: below, it is the rounding of a computation (planes that do not couple), no measurement.
+MIN_RESPONSE_POWER = 1e-18
 MIN_FULL_BASIS_LINES = 120  # below, half of the centres; below half of it, none but the residuals
 
 
@@ -31,6 +33,15 @@ def laplace(frf: Frf) -> ComplexArray:
 def factor(frf: Frf) -> ComplexArray:
     """Return p^0, p^1 or p^2: the measured quantity over the receptance."""
     return laplace(frf) ** QUANTITY_POWERS[frf.quantity]
+
+
+def scale_powers(power: FloatArray) -> FloatArray:
+    """Return powers of responses with those of rounding alone replaced by the smallest of the others.
+
+    What does not respond is zero on the scale of what does: on its own scale rounding would be a response that no modes follow.
+    """
+    is_live = power > MIN_RESPONSE_POWER * power.max(initial=0.0)
+    return np.where(is_live, power, power[is_live].min(initial=np.inf)) if is_live.any() else np.ones_like(power)
 
 
 def pole_terms(p: ComplexArray, poles: ComplexArray) -> ComplexArray:

@@ -10,6 +10,7 @@ import numpy as np
 from toolpoint._check import ComplexArray, FloatArray, count, fail, one_of, positive
 from toolpoint._threads import on_one_thread
 from toolpoint.modal_identification.band import cut, noise_level
+from toolpoint.modal_identification.basis import scale_powers
 from toolpoint.modal_identification.fit import estimate as _estimate
 from toolpoint.modal_identification.fit.refinement import Indistinguishable
 from toolpoint.modal_identification.judgement.advice import is_smooth, remarks
@@ -22,6 +23,7 @@ from toolpoint.modal_identification.judgement.moved_sensor import (
     largest_shift,
     merge_split_modes,
     question_moved_sensor,
+    steady_modes,
 )
 from toolpoint.modal_identification.judgement.parting import parting_remarks
 from toolpoint.modal_identification.judgement.repeated_modes import RepeatedModes, find_repeated_modes
@@ -177,7 +179,8 @@ def _without_moved_sensor(result: Identification, pole_method: PoleMethod, mass:
     is_repeated, freed = find_repeated_modes(result.modes) is not None, result
     for _ in range(MAX_MOVED_SENSOR_ROUNDS):
         merged, count_before = merge_split_modes(freed.modes), freed.modes.count
-        freed = _identify_with_order(free_of_moved_sensor(result.frf, merged, mass), pole_method, [])
+        freed = _without_faint_modes(_identify_with_order(free_of_moved_sensor(result.frf, merged, mass), pole_method, []),
+                                     pole_method)
         if freed.modes.scaling != "modal A":
             return None
         if freed.modes.count == count_before == merged.count:
@@ -187,6 +190,20 @@ def _without_moved_sensor(result: Identification, pole_method: PoleMethod, mass:
     note = (f"the mass of {1e3 * mass:.3g} g of the sensor is taken out of the responses, point by point: it had lowered "
             f"frequencies by up to {100 * largest_shift(freed.modes, mass):.2g} %")
     return replace(freed, advice=(note, *freed.advice))
+
+
+def _without_faint_modes(result: Identification, pole_method: PoleMethod) -> Identification:
+    """Return the identification without modes that are a rest of the sensor's mass, which is never taken out to the last bit.
+
+    They are faint and of no shape; the poles that stay are refined anew, as a false one takes its share of its neighbour.
+    """
+    kept = steady_modes(result.modes)
+    if len(kept) == result.modes.count:
+        return result
+    modes, frf = result.modes.selected(kept), result.frf
+    participation = modes.participation_at(frf.inputs)
+    fitted = _estimate.estimate(frf, modes.poles, participation, refine=pole_method.refine, fixed=True)
+    return _conclude(frf, fitted, pole_method, (), Start(modes.poles, participation, result.diagram))
 
 
 def _apply_choice(automatic: Identification, pole_method: PoleMethod, choice: PoleChoice | None) -> Identification:
@@ -371,8 +388,7 @@ def _select_live_channels(frf: Frf) -> tuple[Frf, list[str]]:
 def _explained_fractions(fitted: _estimate.Estimate) -> FloatArray:
     """Return the fraction of each response's energy that the synthesis explains."""
     total = np.einsum("foi,foi->oi", fitted.data.values, fitted.data.values)
-    # A response of rounding alone has no energy to explain: its fraction stays finite.
-    return 1 - fitted.fit.squares / np.maximum(total, max(1e-25 * float(total.max()), np.finfo(float).tiny))
+    return 1 - fitted.fit.squares / scale_powers(total)
 
 
 def _support_of_modes(start: Start, poles: ComplexArray) -> FloatArray | None:

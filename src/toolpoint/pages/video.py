@@ -11,10 +11,11 @@ import numpy as np
 from toolpoint._rounding import with_uncertainty
 from toolpoint.plot import Chart, Listing, Notes, Picture, Report, Table
 from toolpoint.plot.figures.measured.frf import bode
-from toolpoint.plot.figures.video import picture_points, picture_shape, point_spectra, spread_points
+from toolpoint.plot.figures.video import picture_points, picture_shape, plot_response_error, point_spectra, spread_points
 from toolpoint.studies.video.filmed_machine import shape_warp
 from toolpoint.studies.video.interfaces import HEADER as INTERFACE_HEADER
 from toolpoint.studies.video.interfaces import InterfaceRanking
+from toolpoint.studies.video.response_error import FRAC_HEADER, SWEEP_HEADER, ResponseError
 from toolpoint.studies.video.video_study import HEADER, VideoStudy
 from toolpoint.studies.video.video_update import VALUES_HEADER, VideoUpdate
 from toolpoint.studies.video.virtual_update import VirtualUpdate
@@ -25,13 +26,19 @@ from toolpoint.vision.magnification.writing import eight_bits, encode_moving, en
 
 # Pictures of one period of a shape; modes shown; pixels of the longer side of a picture; frames of the clip.
 PERIOD_PICTURES, MAX_SHOWN_MODES, MAX_PICTURE_SIDE, MAX_CLIP_PICTURES = 12, 4, 720, 36
+MAX_DRAWN_PAIRS, MIN_DRAWN_RATIO = 4, 1e-6  # pairs of measured responses, the strongest; of the largest, the least one
 # Largest motion of a drawn shape, as a fraction of the picture's longer side.
 DRAWN_MOTION_FRACTION = 0.03
 
 
 def video_page(videos: Sequence[VideoStudy], result: VideoUpdate | InterfaceRanking | None = None, *,
                warnings: Sequence[str] = ()) -> Report:
-    """Return the page of one or more videos, with the ranking and update of a machine where there is one."""
+    """Return the page of one or more videos, with the ranking and update of a machine where there is one.
+
+    Examples
+    --------
+    Runs in ``examples/modes_from_a_clip.py``.
+    """
     names = ", ".join(video.scan.clip.name for video in videos)
     report = Report("Modes from video", " ".join(map(_answer, videos)), subtitle=names)
     doubts = [*warnings, *(f"{video.scan.clip.name}: {text}" for video in videos for text in video.doubts)]
@@ -81,10 +88,18 @@ def virtual_update_page(result: VirtualUpdate, text: str, name: str, *, warnings
         charts.append(Chart(bode({"truth": truth, "before": original, "updated": updated},
                                  title=f"{truth.outputs[0]}: FRAC before {frac_before:.3f}, updated {frac_after:.4f}")))
     first_sections, later_sections = report.sections[:2], report.sections[2:]
-    report = replace(report, title="A mill updated from two videos", sections=first_sections).with_section("Responses", *charts)
+    report = replace(report, title="A mill updated from two videos", sections=first_sections).with_section(
+        "Responses", *charts, *_error_parts(result.error))
     report = replace(report, sections=(*report.sections, *later_sections))
     notes = result.update.machine.description.assumptions
     return report.with_section("Inputs", Notes(list(notes), "assumed"), Listing(f"Machine file {name}", text))
+
+
+def _error_parts(error: ResponseError) -> list[Chart | Table]:
+    """Return the error of the responses over each joint parameter, as a chart and a table."""
+    return [Chart(plot_response_error(error), "Error of the responses over each joint parameter, the others as they are: a "
+                  "curve that stays level is a parameter that these responses cannot tell.", "response-error"),
+            Table(SWEEP_HEADER, error.rows(), "What moves the error most first.")]
 
 
 def shape_factor(video: VideoStudy, mode: int, share: float = DRAWN_MOTION_FRACTION) -> float:
@@ -105,7 +120,24 @@ def _machine(report: Report, result: VideoUpdate | InterfaceRanking) -> Report:
                 if after.measured.size]
         report = report.with_section("Updated machine", result.update.fit.status, Table(VALUES_HEADER, result.rows()),
                                      Table(["after the update", "agreement"], rows))
+        report = _measured_responses(report, result)
     return report
+
+
+def _measured_responses(report: Report, result: VideoUpdate) -> Report:
+    """Return the report with measured responses beside the machine's, or with why there are none."""
+    if result.responses is None:
+        return report.with_section("Measured responses", Notes([result.response_note], "note"))
+    named = {"measured": result.responses.measured, "before": result.responses.before_update,
+             "updated": result.responses.after_update}
+    # The strongest pairs alone: between planes that do not couple there is only rounding to draw.
+    strength = np.abs(result.responses.measured.values).max(axis=0)
+    order = np.argsort(-strength, axis=None)[:MAX_DRAWN_PAIRS]
+    charts = [Chart(bode({name: frf.selected([int(row)], [int(column)]) for name, frf in named.items()}))
+              for row, column in zip(*np.unravel_index(order, strength.shape), strict=True)
+              if strength[row, column] > MIN_DRAWN_RATIO * strength.max()]
+    return report.with_section("Measured responses", Table(FRAC_HEADER, result.responses.rows()), *charts,
+                               *_error_parts(result.responses.error))
 
 
 def _video(report: Report, video: VideoStudy, number: int) -> Report:

@@ -17,6 +17,11 @@ from toolpoint._notebook import NotebookText
 from toolpoint.vibration.frf import Frf
 from toolpoint.vibration.modes import Modes
 
+PAIRING_FREQUENCY_WEIGHT = 0.2  # MAC that a factor e of frequency weighs in a pairing
+ALIKENESS_WEIGHT = 2.0  # MAC that a factor e of frequency weighs more where all shapes of a set are alike
+MAX_LOG_DISTANCE = 2.0  # of frequencies: farther apart weighs no more
+MAX_ROUNDING = 1e-13  # of the largest response of a set, below which a response is the rounding of a computation
+
 
 def mac(first: Array, second: Array | None = None) -> FloatArray:
     r"""Return the modal assurance criterion (MAC) of every pair of shapes, shape (..., n_first, n_second).
@@ -135,7 +140,7 @@ def frac(first: Frf, second: Frf) -> FloatArray:
     r"""Return the frequency response assurance criterion of every output-input pair, shape (..., n_outputs, n_inputs).
 
     :math:`|\sum_f a_f^* b_f|^2 / (\sum |a|^2 \sum |b|^2)` over equal frequency lines; 0 where one of both is zero at all
-    lines, 1 where both are.
+    lines, 1 where both are. Zero is what lies below the rounding of the largest response of its set: planes that do not couple.
     """
     if first.frequency.shape != second.frequency.shape or not np.allclose(first.frequency, second.frequency, rtol=1e-9):
         fail("frac", f"{first!r} and {second!r}", "must have equal frequency lines", remedy="use frf.interpolated")
@@ -145,6 +150,9 @@ def frac(first: Frf, second: Frf) -> FloatArray:
     a, b = (values / np.where((scale := np.abs(values).max(axis=-3, keepdims=True)) > 0, scale, 1.0) for values in (a, b))
     cross = np.abs((a.conj() * b).sum(axis=-3)) ** 2
     powers = [(np.abs(values) ** 2).sum(axis=-3) for values in (a, b)]
+    largest = [np.abs(frf.values).max(axis=(-3, -2, -1), keepdims=True)[..., 0, :, :] for frf in (first, second)]
+    for power, frf, level in zip(powers, (first, second), largest, strict=True):
+        power[np.abs(frf.values).max(axis=-3) <= MAX_ROUNDING * level] = 0.0
     product = powers[0] * powers[1]
     if_zero = np.where((powers[0] == 0) & (powers[1] == 0), 1.0, 0.0)
     return np.asarray(np.where(product > 0, cross / np.where(product > 0, product, 1.0), if_zero))
@@ -165,7 +173,9 @@ class Pairing(NotebookText):
 
 
 def pair_modes(first: Modes, second: Modes, lowest_mac: float = 0.5, *, frequency_shift: float = np.inf) -> Pairing:
-    """Return the one-to-one pairing with the largest sum of MAC values.
+    """Return the one-to-one pairing with the largest sum of MAC values, less what frequencies lie apart (`assign_modes`).
+
+    Shapes decide where they differ; the more alike few points make the shapes of one set, the more the frequencies do.
 
     Parameters
     ----------
@@ -182,7 +192,10 @@ def pair_modes(first: Modes, second: Modes, lowest_mac: float = 0.5, *, frequenc
     matrix = mac(first.shape_at(common), second.shape_at(common))
     shift = np.abs(first.frequency[:, None] - second.frequency) / np.maximum(first.frequency[:, None], 1e-12)
     allowed = (matrix >= lowest_mac) & (shift <= frequency_shift)
-    rows, columns = scipy.optimize.linear_sum_assignment(np.where(allowed, matrix, 0.0), maximize=True)
+    # What a pair loses by its frequencies never makes it worse than no pair.
+    weight = PAIRING_FREQUENCY_WEIGHT + ALIKENESS_WEIGHT * max(_alikeness(each.shape_at(common)) for each in (first, second))
+    score = matrix + weight * (MAX_LOG_DISTANCE - _log_distance(first, second))
+    rows, columns = scipy.optimize.linear_sum_assignment(np.where(allowed, score, 0.0), maximize=True)
     is_pair = allowed[rows, columns]
     pairs = np.stack([rows[is_pair], columns[is_pair]], axis=1)
     return Pairing(pairs, matrix[rows[is_pair], columns[is_pair]],
@@ -190,17 +203,28 @@ def pair_modes(first: Modes, second: Modes, lowest_mac: float = 0.5, *, frequenc
                    tuple(sorted(set(range(second.count)) - set(pairs[:, 1].tolist()))))
 
 
-def assign_modes(first: Modes, second: Modes, frequency_weight: float = 0.2) -> tuple[IndexArray, IndexArray, FloatArray]:
+def assign_modes(first: Modes, second: Modes, frequency_weight: float = PAIRING_FREQUENCY_WEIGHT
+                 ) -> tuple[IndexArray, IndexArray, FloatArray]:
     """Return indices of pairs in both sets and their MAC, (n,) each: every mode of the smaller set has a partner.
 
     Shapes decide; frequencies decide between shapes that are nearly alike: a factor e of frequency weighs as much as
     `frequency_weight` of a MAC, and no more than two of them. Rows of both sets are the same Dofs.
     """
     values = mac(first.shape, second.shape)
-    ratio = np.outer(first.frequency, 1 / np.maximum(second.frequency, 1e-9))
-    log_distance = np.minimum(np.abs(np.log(np.maximum(ratio, 1e-300))), 2.0)
-    rows, columns = scipy.optimize.linear_sum_assignment(frequency_weight * log_distance - values)
+    rows, columns = scipy.optimize.linear_sum_assignment(frequency_weight * _log_distance(first, second) - values)
     return rows, columns, values[rows, columns]
+
+
+def _alikeness(shapes: Array) -> float:
+    """Return the mean MAC of different shapes of one set: about one over the Dofs for shapes that have nothing in common."""
+    count = shapes.shape[-1]
+    return float((auto_mac(shapes).sum() - count) / (count * (count - 1))) if count > 1 else 0.0
+
+
+def _log_distance(first: Modes, second: Modes) -> FloatArray:
+    """Return how far frequencies lie apart, |ln f1/f2|, MAX_LOG_DISTANCE at most, (n_first, n_second)."""
+    ratio = np.outer(first.frequency, 1 / np.maximum(second.frequency, 1e-9))
+    return np.minimum(np.abs(np.log(np.maximum(ratio, 1e-300))), MAX_LOG_DISTANCE)
 
 
 def _shapes(first: Array, second: Array) -> tuple[Array, Array]:

@@ -37,6 +37,10 @@ def export_workbench(folder: str | Path, target: str | Path, progress: Progress 
     computed, one at a time, and says which. Pages that were never made are made.
 
     Raises ToolpointError for a target that is there, and for a folder without a project.
+
+    Examples
+    --------
+    Runs in ``examples/share_a_project_as_a_folder.py``.
     """
     place, desk = Path(target), Desk(Path(folder).resolve())
     if place.exists():

@@ -169,6 +169,9 @@ def machining(run: Frame, program: Annotated[SourceFile, Argument()], dynamics: 
                                                        scale=1 / 60e3)] = None,
               wear_only: Annotated[bool, Help("G41 and G42 (RL, RR) correct wear alone: the program holds the path of the "
                                               "tool's centre.", name="--wear-only")] = False,
+              tip_programmed: Annotated[bool, Help("X, Y and Z are the tip's from the first line on, where A, B and C turn the "
+                                                   "tool (kinematics of LinuxCNC that hold the tip).",
+                                                   name="--tip-programmed")] = False,
               drives: Annotated[SourceFile | None, Help("Drive file: feeds are the planner's, and the servo follows under the "
                                                       "cutting forces.")] = None,
               spacing: Annotated[float, Help("Of the dexels, mm; a twentieth of the smallest radius where left out.",
@@ -197,7 +200,8 @@ def machining(run: Frame, program: Annotated[SourceFile, Argument()], dynamics: 
     servo = None if drives is None else io.read_drives(drives)
     material = studies.stock_of(*stock, stock_faces)
     parsed = io.read_program(program, start=(0.0, 0.0, float(material.upper[2]) + 0.1), feed=first_feed,
-                             cutter_radius=io.CutterRadii.of_cuts(described, cuts, wear_only=wear_only))
+                             cutter_radius=io.CutterRadii.of_cuts(described, cuts, wear_only=wear_only),
+                             tip_programmed=tip_programmed)
     text = program.read_text(encoding="utf-8-sig", errors="replace")
     limits = studies.CuttingLimits(above.spindle_power, above.spindle_torque, above.bending, above.spindle_speed,
                                    above.spindle_curve)
@@ -214,8 +218,8 @@ def machining(run: Frame, program: Annotated[SourceFile, Argument()], dynamics: 
                                     with_advice=with_advice, progress=run.progress_of_parts())
         staged = recorded.compare_stages(staged, record)
         if write is not None:
-            changes = io.SpeedAndFeed(*staged.advised_words)
-            run.write("Program", write, lambda path: io.write_program(text, changes, path, original=program))
+            run.write("Program", write, lambda path: io.write_program(text, io.SpeedAndFeed(*staged.advised_words), path,
+                                                                      original=program))
         run.present(pages.stages_page, staged, run.warnings, notes=[*staged.doubts, *staged.notes])
         return
     run_all = studies.run_five_axes if parsed.is_five_axis else studies.run_program
@@ -223,6 +227,6 @@ def machining(run: Frame, program: Annotated[SourceFile, Argument()], dynamics: 
                      folder=folder, tips=tips_of_tools, work=yielding, progress=run.progress_of_parts())
     result = recorded.compare(result, record)
     if result.advice is not None:
-        factors = io.SpeedAndFeed(result.advice.speed, result.advice.feed)
-        run.write("Program", write, lambda path: io.write_program(text, factors, path, original=program))
+        run.write("Program", write, lambda path: io.write_program(text, io.SpeedAndFeed(*result.advised_words), path,
+                                                                  original=program))
     run.present(pages.machining_page, result, run.warnings, notes=[*result.doubts, *result.notes])

@@ -16,7 +16,7 @@ from toolpoint.app import console
 from toolpoint.app.declare import DeclaredCommand, Help, Reading, command
 from toolpoint.app.frame import Frame
 from toolpoint.app.options import GEOMETRY, Band, Count, Files, Geometry, MachineFile, Naming, Pose, Poses, Quantity
-from toolpoint.app.values import NEW_FILE, NewFile, SourceFile
+from toolpoint.app.values import NEW_FILE, NewFile, SourceFile, TwoPoints
 from toolpoint.io.quantities.written import read_pairs, read_pole
 
 if TYPE_CHECKING:
@@ -69,6 +69,8 @@ def identify(run: Frame, files: Files, *, geometry: Geometry = None,
              sensor_mass: Annotated[float | None, Help("Mass of the sensor that was moved between set-ups, g: modes that every "
                                                        "set-up shows anew are joined, and it is taken out of them.", above=0,
                                                        scale=1e-3)] = None,
+             between: Annotated[TwoPoints | None, Help("Tool and table, two points of the test: which modes move them "
+                                                       "against each other.", metavar="TOOL,TABLE")] = None,
              modes: Annotated[NewFile | None, Help("Save the modes here (HDF5).", name="-m --modes")] = None,
              choice: Choice) -> None:
     """Modes of measured FRFs (universal, HDF5, MATLAB, NumPy or text files), with confidence intervals and a page.
@@ -84,7 +86,7 @@ def identify(run: Frame, files: Files, *, geometry: Geometry = None,
     shape = shape if shape is None or lines is None else io.read_lines(lines, shape)
     chosen = choice.read()
     run.step("identification")
-    result = studies.identify_modes(frf, method, band, choice=chosen, sensor_mass=sensor_mass)
+    result = studies.identify_modes(frf, method, band, choice=chosen, sensor_mass=sensor_mass, between=between)
     run.step("page")
     run.save(pages.identification_page, result, shape, [file.name for file in files], warnings=run.warnings,
              command=_command_without_choice())

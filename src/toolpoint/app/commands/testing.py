@@ -154,8 +154,7 @@ def _respond(run: Frame, machine: Path, response: MachineResponse, save: Path | 
     if save is not None and len(response.pose) > 1:
         raise ToolpointError(f"--save {save}: {len(response.pose)} poses; a file of responses holds one; call once for each")
     built = io.read_machine_at(machine, *response.pose)
-    if response.state_space is not None:
-        _write_state_space(run, built, response)
+    notes = () if response.state_space is None else _write_state_space(run, built, response)
     if response.drives is not None:
         _respond_with_drives(run, built, response, save)
         return
@@ -167,17 +166,17 @@ def _respond(run: Frame, machine: Path, response: MachineResponse, save: Path | 
                                                 frequency=response.lines,
                                                 keep_draws=save is not None, progress=run.progress("intervals"))
     run.write("Responses", save, io.write_frf, result.frfs[0])
-    run.present(pages.responses_page, result, run.warnings, notes=result.notes)
+    run.present(pages.responses_page, result, run.warnings, notes=[*notes, *result.notes])
 
 
-def _write_state_space(run: Frame, machine: Machine, response: MachineResponse) -> None:
-    """Write the equations of a machine at one pose as a state space, without its drives."""
+def _write_state_space(run: Frame, machine: Machine, response: MachineResponse) -> tuple[str, ...]:
+    """Write the equations of a machine at one pose as a state space, without its drives; return what it rests on."""
     if len(response.pose) > 1 or response.drives is not None or response.shaker is not None:
         raise ToolpointError("--state-space: of the machine alone at one pose; leave --drives, --shaker and further poses out")
     system, notes = studies.state_space_of_machine(machine, next(iter(response.pose), None), response.outputs or None,
                                                    inputs=response.inputs or None)
-    run.warnings += notes
     run.write("State space", response.state_space, io.write_noun, system)
+    return notes
 
 
 def _respond_with_drives(run: Frame, machine: Machine, response: MachineResponse, save: Path | None) -> None:

@@ -43,23 +43,47 @@ class CutState:
     loose_volume: float
 
 
-class CutSolid:
-    """Solid model under a path, held at nodes.
+@dataclass(frozen=True, eq=False)
+class SpringHold:
+    """Springs between a face and the ground: twist (size, 6) gives the face's mean motion W^T u (m, rad) about a place;
+    stiffness (6, 6) of it, N/m; loss_factor. They add W K W^T to the part's stiffness."""
 
-    model : SolidModel; held : numbers of nodes that do not move; sweep : the path, in the model's coordinates.
+    twist: csc_array
+    stiffness: FloatArray
+    loss_factor: float = 0.0
+
+    @property
+    def nodes(self) -> IndexArray:
+        """Numbers of the nodes that they hold."""
+        return np.unique(self.twist.nonzero()[0] // 3)
+
+    def on(self, free: IndexArray) -> csc_array:
+        """Return what they add to the stiffness of the coordinates that move, N/m."""
+        twist = csc_array(self.twist[free])
+        return csc_array(twist @ csc_array(self.stiffness) @ twist.T)
+
+
+class CutSolid:
+    """Solid model under a path, held at nodes and by springs.
+
+    model : SolidModel; held : numbers of nodes that do not move; sweep : the path, in the model's coordinates; springs : of
+    faces that move.
 
     Raises ToolpointError for nodes that hold no body (fewer than three, or in one line), and too many elements.
     """
 
-    def __init__(self, model: SolidModel, held: IndexArray, sweep: Sweep) -> None:
+    def __init__(self, model: SolidModel, held: IndexArray, sweep: Sweep, springs: Sequence[SpringHold] = ()) -> None:
+        self.springs = tuple(springs)
+        anchored = np.unique(np.concatenate([held, *(spring.nodes for spring in springs)]).astype(np.int64))
         if model.element_count > MAX_CUT_ELEMENTS:
             fail("part", f"{model.element_count} elements", f"must be {MAX_CUT_ELEMENTS} at most: every stage is solved anew",
                  remedy="a larger mesh size; one element may be as thick as the wall")
-        places = model.nodes[held]
-        spread = np.linalg.svd(places - places.mean(axis=0), compute_uv=False) if len(held) > 2 else np.zeros(2)
+        places = model.nodes[anchored]
+        spread = np.linalg.svd(places - places.mean(axis=0), compute_uv=False) if len(anchored) > 2 else np.zeros(2)
         if spread[1] <= _MIN_BREADTH_RATIO * spread[0]:
-            fail("held", f"{len(held)} nodes", "must be three at least, not in one line", remedy="name a face that is clamped")
-        self.model, self.held, self.sweep = model, np.unique(held), sweep
+            fail("held", f"{len(anchored)} nodes", "must be three at least, not in one line",
+                 remedy="name a face that is clamped")
+        self.model, self.held, self.sweep, self.anchored = model, np.unique(held).astype(np.int64), sweep, anchored
         self.blocks = tuple(CutElements(block.kind, block.nodes, model.nodes[block.nodes],
                                         material=model.materials[block.name], sweep=sweep) for block in model.blocks)
 
@@ -134,6 +158,9 @@ class CutSolid:
         columns = [NodeMatrix(self._pattern, part if part.shape[1] == 3 else part.ravel()).columns() for part in sums]
         stiffness, mass, *loss = (csc_array(part[free][:, free]) for part in columns)
         damped = loss[0] if loss else csc_array((self._loss_factor or 0.0) * stiffness)
+        for spring in self.springs:
+            held = spring.on(free)
+            stiffness, damped = csc_array(stiffness + held), csc_array(damped + spring.loss_factor * held)
         return CutState(free, stiffness, mass, damped, self.model.dof_places[free], kept, self._volume(kept, partial),
                         loose_volume)
 
@@ -155,7 +182,7 @@ class CutSolid:
         graph = coo_array((np.ones(rows.size, np.int8), (rows, count + columns)), shape=(count + total, count + total))
         label = connected_components(graph, directed=False)[1]
         elements = label[count:]
-        is_held = np.isin(elements, np.unique(label[self.held]))
+        is_held = np.isin(elements, np.unique(label[self.anchored]))
         if not is_held.any():
             fail("held", "no element is left at the held faces", "must stay until the end of the program",
                  remedy="hold the part where the program does not cut; are both in the same coordinates?")

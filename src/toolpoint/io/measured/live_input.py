@@ -31,7 +31,12 @@ DEFAULT_RATE = 51_200.0  # Hz, of NI boards for vibration
 
 @dataclass(frozen=True, eq=False)
 class LiveInput:
-    """A device with the channels of a test, and their description for the test file of the records that are kept."""
+    """A device with the channels of a test, and their description for the test file of the records that are kept.
+
+    Examples
+    --------
+    Runs in ``examples/tap_while_you_strike.py``.
+    """
 
     device: SampledInput
     inputs: InputChannels
@@ -60,6 +65,10 @@ def open_input(address: str, channels: Sequence[str], rate: float | None = None,
     ------
     ToolpointError
         For an address that is none, a device that is not there, channels that it has not, sensitivities that are missing.
+
+    Examples
+    --------
+    Runs in ``examples/tap_while_you_strike.py``.
     """
     described = [parse_channel(text) for text in channels]
     device = _device_of(address, _channel_count(described), rate, limit=limit, wait=wait)

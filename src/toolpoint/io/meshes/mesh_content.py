@@ -84,9 +84,10 @@ def _blocks(path: Path, elements: Mapping[tuple[str, int], list[list[int]]], num
                                  "20 (hexahedra)")
         block = np.array(rows, dtype=np.int64)
         if not np.isin(block, numbers).all():
-            missing_node = int(block[~np.isin(block, numbers)][0])
-            raise ToolpointError(f"{path}: an element of {name} names node {missing_node}, which the file does not hold; it is "
-                                 f"cut off")
+            row, column = np.argwhere(~np.isin(block, numbers))[0]
+            first_nodes = ", ".join(map(str, block[row][:4])) + (" ..." if width > 4 else "")
+            raise ToolpointError(f"{path}: element {row + 1} of {name} (nodes {first_nodes}) names node {block[row, column]}, "
+                                 "which the file does not hold; it is cut off, or the element is wrong")
         blocks[name if has_one_width else f"{name} {width}"] = block
     return blocks
 

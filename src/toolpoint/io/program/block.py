@@ -11,15 +11,18 @@ from toolpoint.io.program.control_modes import CENTER, ControlModes, Places
 from toolpoint.io.program.cycles import CYCLES, Cycle, begin_cycle, drill, dwell_of
 from toolpoint.io.program.fanuc_frames import FanucFrames
 from toolpoint.io.program.interpreter import Request
+from toolpoint.io.program.polar_places import POLAR_WORDS, question_polar_words
 from toolpoint.io.program.program_frame import AXES
+from toolpoint.io.program.rounded_corners import CHAMFER, LEG, ROUND, take_corner_words
 from toolpoint.io.program.siemens_blocks import SiemensBlocks
+from toolpoint.io.program.splines import follow_spline
 from toolpoint.io.program.words import Word, split_words
 
 _GROUPS: dict[float, str] = {
     0: "motion", 1: "motion", 2: "motion", 3: "motion", 80: "cycle", 17: "plane", 18: "plane", 19: "plane", 90: "distance",
     91: "distance", 60: "exact", 61: "exact", 61.1: "exact", 64: "exact", 9: "once", 20: "unit", 21: "unit", 70: "unit",
     71: "unit", 700: "unit", 710: "unit", 93: "feed", 94: "feed", 95: "feed", 96: "speed", 97: "speed", 98: "return",
-    99: "return", 28: "action", 30: "action", 4: "action", 10: "action", 92: "action", 52: "action", 53: "machine",
+    99: "return", **dict.fromkeys((28, 30, 4, 10, 92, 52, 5, 5.1), "action"), 53: "machine",
     153: "machine", 500: "system", **dict.fromkeys(range(54, 60), "system"), 59.1: "system", 59.2: "system", 59.3: "system",
     **dict.fromkeys(range(505, 600), "system"), 65: "action", 68: "frame", 69: "frame", 50.1: "frame", 51.1: "frame",
     50: "frame", 51: "frame", 15: "polar", 16: "polar",
@@ -27,9 +30,9 @@ _GROUPS: dict[float, str] = {
     40: "radius", 41: "radius", 42: "radius", 41.1: "radius", 42.1: "radius", 450: "corner", 451: "corner",
     **dict.fromkeys(CYCLES, "motion")}
 # Words of G that move nothing here.
-_CODES_WITHOUT_MOTION = {43.1, 62, 63, 13.1, 54.1, 8, 5.1, 8.1, 11, 40.1, 54.2, 67, 92.1,
+_CODES_WITHOUT_MOTION = {43.1, 62, 63, 13.1, 54.1, 8, 8.1, 11, 40.1, 54.2, 67, 92.1,
           601, 602, 603, 641, 642, 643, 644, 645, 25, 26, 22, 23, 460, 461, 462, 91.1, 90.1}
-_REFUSED_CODES = {5: "a spline", 6.2: "a spline", 7: "a diameter in X",
+_REFUSED_CODES = {6.2: "a spline", 7: "a diameter in X",
             33.1: "rigid tapping", 5.2: "a spline", 5.3: "a spline", **dict.fromkeys((38.2, 38.3, 38.4, 38.5), "probing"),
             33: "thread cutting", 34: "thread cutting", 32: "thread cutting", 331: "tapping", 332: "tapping",
             12.1: "polar interpolation", 7.1: "cylinder interpolation", 110: "polar coordinates", 111: "polar coordinates",
@@ -60,24 +63,39 @@ class BlockReader:
     def take(self, number: int, text: str, column: int) -> Request:
         """Carry out a block; return what it asks of the run."""
         remarks = self.state.remarks
-        if text.startswith("@"):
+        if re.match(r"@\s*\d{3}\b", text):  # words of the Sinumerik 850; a distance from the pole elsewhere
             remarks.without_motion(number, text.split()[0])
             return None
-        fault_count = len(remarks.faults)
+        fault_count = remarks.count
         if self.siemens.take(number, text):
             self._show_position()
             return None
-        text = self._without_ways(number, text)
+        text, corner_words = take_corner_words(self._without_ways(number, text), self.variables, self.unset)
+        row_count = len(self.state.segments.rows)
         words, assigned = split_words(text, self.variables, self.unset)
         groups, numbers, places = self._sort(number, words, column)
         self._modal(number, groups, numbers)
         request = self._program_end(numbers, groups)
-        if len(remarks.faults) > fault_count:
+        if remarks.count > fault_count:
             self.state.position = self.state.target(places)  # what follows is read from where the block was meant to end
         else:
             self._carry_out(number, groups, numbers, places, assigned)
+            self._keep_corners(number, corner_words, has_moved=len(self.state.segments.rows) > row_count)
         self._show_position()
         return request
+
+    def _keep_corners(self, number: int, words: Mapping[str, float], *, has_moved: bool) -> None:
+        """Round or break the corner behind the block, by its own words or by RNDM."""
+        state = self.state
+        if "RNDM" in words:
+            state.modal_rounding = words["RNDM"] * state.scale
+        feed = next((state.feed_scale * words[name] / 60 for name in ("FRC", "FRCM") if name in words), 0.0)
+        for name, kind in ((",R", ROUND), ("RND", ROUND), (",C", LEG), ("CHR", LEG), ("CHF", CHAMFER)):
+            if name in words:
+                state.keep_corner(number, kind, words[name] * state.scale, feed=feed)
+                return
+        if has_moved and state.modal_rounding:
+            state.keep_corner(number, ROUND, state.modal_rounding, feed=feed, is_modal=True)
 
     def _without_ways(self, number: int, text: str) -> str:
         """Return a block without the words for ways to a compensated contour (Siemens), which are taken as NORM."""
@@ -100,11 +118,16 @@ class BlockReader:
             letter, value, place_column = word.letter, word.value, word.column + column
             if letter == "G":
                 self._sort_g(number, round(value, 1), place_column, groups)
-            elif letter in AXES or letter in CENTER or letter in ("CR", "R"):
+            elif letter in AXES or letter in CENTER or letter in ("CR", "R", "@", "^"):
                 key = "CR" if letter == "R" else letter
                 if key in places:
                     remarks.fault(number, place_column, f"{letter} twice in one block")
                 places[key] = word.mode, value
+            elif letter in "FS" and letter in numbers:
+                remarks.fault(number, place_column, f"{letter} twice in one block")
+            elif letter in "NO" and word is not words[0]:
+                remarks.fault(number, place_column, f"{letter}{value:g} inside a block, where no number of a block or a "
+                              "program stands; is a letter O in place of a zero, or are two blocks in one line?")
             elif letter == "F":
                 numbers["F"] = value
             elif letter in _LETTERS_WITHOUT_MOTION:
@@ -123,12 +146,12 @@ class BlockReader:
         if any(word.letter == "G" and round(word.value, 1) == 43.1 for word in words):
             places.clear()  # X to Z, I to K of this block are the tool's offset, no place (LinuxCNC)
             remarks.note(number, "G43.1: the offset of the tool is passed over")
-        self._take_direction(number, groups, turns, vector, places=places)
+        self._take_direction(number, groups, turns, vector, places=places, numbers=numbers)
         self._check_letters(number, groups, numbers, words, column)
         return groups, numbers, places
 
     def _take_direction(self, number: int, groups: Mapping[str, float], turns: dict[str, tuple[str, float]],
-                        vector: dict[int, float], *, places: Places) -> None:
+                        vector: dict[int, float], *, places: Places, numbers: Mapping[str, float]) -> None:
         """Begin or end tool centre control, and take the angles or the vector of the tool that the block gives."""
         state, length = self.state, groups.get("length")
         if length in (43.4, 43.5):
@@ -137,6 +160,8 @@ class BlockReader:
             if state.centre.word.startswith("G"):
                 end_control(state)
             state.remarks.without_motion(number, f"G{length:g}")
+        if numbers.keys() & {"M428", "M429"}:  # LinuxCNC's sample machines: with tool centre control, or axis by axis
+            begin_control(state, number, "M428") if "M428" in numbers else end_control(state)
         if turns:
             if not state.centre.word:
                 cuts = groups.get("motion", state.motion) and places.keys() & AXES.keys()
@@ -178,8 +203,8 @@ class BlockReader:
             return
         for word in words:
             if word.letter == "L":
-                name = f"L{word.value:g}"
-                self.state.remarks.note(number, f"subprogram {name} is not in the file and is left out with its motion")
+                self.state.remarks.note(number, f"L{word.value:g} beside other words (a tool change of the machine's own) is "
+                                        "left out with its motion")
             elif word.letter in _TAKEN and not (word.letter in "UVW" and self.state.turning):
                 self.state.remarks.fault(number, word.column + column, f"unknown word {word.letter}{word.value:g}")
 
@@ -266,7 +291,7 @@ class BlockReader:
             name = int(numbers.get("P", 0))
             if "L" not in numbers and name > 9999:  # the older way: repeats before the number
                 repeats, name = divmod(name, 10000)
-            return "call", str(name), min(repeats, 9999)
+            return "macro" if groups.get("action") == 65 else "call", str(name), min(repeats, 9999)
         if "M99" in numbers or "M17" in numbers:
             return "return", "", 1
         return ("end", "", 1) if "M2" in numbers or "M30" in numbers else None
@@ -291,6 +316,10 @@ class BlockReader:
             state.wait(number, duration)
         elif action in (28, 30):
             self._reference(number, places)
+        elif action in (5, 5.1) and {"X", "Y"} & places.keys():
+            follow_spline(state, number, action, places=places, numbers=numbers)
+        elif action in (5, 5.1):  # high-speed modes of Fanuc: G05 P10000, G5.1 Q1
+            state.remarks.without_motion(number, f"G{action:g}")
         elif action in (10, 52, 92) and state.tilted.matrix is not None:
             state.remarks.fault(number, 1, f"G{action:g} in a tilted plane is not computed; set the zero before it is tilted")
         elif action == 92 and not state.frame.is_identity:
@@ -304,7 +333,7 @@ class BlockReader:
             self._offsets(number, action, numbers, places)
         elif action == 65:
             return
-        elif self.cycle.number and (any(k in AXES for k in places) or groups.get("motion") in CYCLES):
+        elif self.cycle.number and (any(k in AXES or k in POLAR_WORDS for k in places) or groups.get("motion") in CYCLES):
             parameters = {key: assigned[key] for key in ("R2", "R3", "R10") if key in assigned}
             if state.centre.word:
                 state.remarks.fault(number, 1, f"a drilling cycle under {state.centre.word} is not computed; post single moves")
@@ -313,7 +342,9 @@ class BlockReader:
             begin_cycle(state, self.cycle, number, places=places, numbers=numbers, parameters=parameters)
             repeats = numbers.get("L", places.get("K", ("", 1.0))[1])
             drill(state, self.cycle, number, places=places, repeats=int(repeats))
-        elif any(k in AXES or k in CENTER or (k in "UVW" and state.turning) for k in places):
+        elif wrong := question_polar_words(places, state.programmed, plane=state.plane, incremental=state.incremental):
+            state.remarks.fault(number, 1, wrong)
+        elif any(k in AXES or k in CENTER or k in POLAR_WORDS or (k in "UVW" and state.turning) for k in places):
             state.move(number, places, once="once" in groups, machine="machine" in groups)
             self.siemens.after_move(number)
         elif state.centre.turns:

@@ -7,23 +7,39 @@ is a fault with its line, as controls give an alarm there.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from toolpoint._doubt import Doubt
-from toolpoint.io.program.offset_contour import ContourElement, Joint, OffsetFault, join_elements, place_parallel
+from toolpoint.io.program.offset_contour import (
+    ContourElement,
+    Joint,
+    OffsetFault,
+    join_elements,
+    lead_in_arc,
+    place_parallel,
+)
+from toolpoint.io.program.path_rows import (
+    END_COLUMN,
+    PLANE_COLUMN,
+    START_COLUMN,
+    STOP_COLUMN,
+    TILT_COLUMN,
+    Row,
+    element_of,
+    end_of,
+    line_of,
+    moves_in_plane,
+    plane_of,
+    plane_point,
+    start_of,
+)
 
 if TYPE_CHECKING:
     from toolpoint.io.program.segments import Remarks, Segments
 
-_MIN_PLANE_MOTION = 1e-9  # m: below it a block does not move in the plane of the compensation
 MAX_BLOCKS_WITHOUT_PLANE_MOTION = 1  # between two that move in the plane, which all controls look past
-Row = tuple[float, ...]
-# Columns of a row, see `Segments.line`.
-_START_COLUMN, _END_COLUMN, _CENTRE_COLUMN, _SWEEP_COLUMN, _PLANE_COLUMN = 1, 4, 7, 10, 11
-_STOP_COLUMN, _LINE_COLUMN, _TILT_COLUMN = 15, 16, 20
 
 
 def compensate_rows(segments: Segments, remarks: Remarks) -> None:
@@ -66,7 +82,7 @@ def _list_runs(segments: Segments) -> list[range]:
     for k in range(len(segments.rows) + 1):
         compensation = segments.compensations.get(k)
         row = segments.rows[k] if k < len(segments.rows) else ()
-        key = None if compensation is None else (compensation, segments.tool_of(row), _plane_of(row), row[_TILT_COLUMN])
+        key = None if compensation is None else (compensation, segments.tool_of(row), plane_of(row), row[TILT_COLUMN])
         if key != last_key:
             if last_key is not None:
                 runs.append(range(first, k))
@@ -84,7 +100,7 @@ def _radius(segments: Segments, k: int, remarks: Remarks) -> float | None:
         return segments.cutter_radii.of(number)
     if number in segments.defined_radii:
         return segments.defined_radii[number]
-    remarks.fault(_line_of(segments.rows[k]), 1, "cutter radius compensation, and the radius of the tool is not known; give "
+    remarks.fault(line_of(segments.rows[k]), 1, "cutter radius compensation, and the radius of the tool is not known; give "
                   "`cutter_radius`, or post the program with the path of the tool's centre")
     return None
 
@@ -98,7 +114,7 @@ class _Writer:
         self.index: dict[int, int] = {}
         self.place: complex | None = None
         self.plane, self.tilt, self.last_offset = (0, 1), 0.0, 0.0
-        self.run_in: dict[int, complex] = {}  # where straight ways to a contour begin, by their rows
+        self.ways: dict[int, list[ContourElement]] = {}  # to contours and from them, by the row that stands for them
 
     def keep(self, rows: Sequence[int]) -> None:
         """Take rows without compensation; the first that moves in the plane ends the one before."""
@@ -106,44 +122,44 @@ class _Writer:
             row = self.segments.rows[k]
             if self.place is None:
                 self._write(k, row)
-            elif row[_TILT_COLUMN] != self.tilt:
-                self.remarks.fault(_line_of(row), 1, "a plane is tilted while radius compensation is in force; program G40 "
+            elif row[TILT_COLUMN] != self.tilt:
+                self.remarks.fault(line_of(row), 1, "a plane is tilted while radius compensation is in force; program G40 "
                                    "before it")
-            elif not _moves_in_plane(row, self.plane):
+            elif not moves_in_plane(row, self.plane):
                 self._line(k, self.place)
             else:
                 if row[0]:
-                    self.remarks.fault(_line_of(row), 1, "the end of radius compensation on an arc; program G40 with a "
+                    self.remarks.fault(line_of(row), 1, "the end of radius compensation on an arc; program G40 with a "
                                        "straight line")
-                self._line(k, _plane_point(row, _END_COLUMN, self.plane))
+                self._line(k, plane_point(row, END_COLUMN, self.plane))
                 self.place = None
 
     def offset(self, rows: Sequence[int], offset: float, *, is_mitred: bool) -> None:
         """Take the rows of one compensation: the first that moves in the plane leads to the contour, the others are it."""
-        plane = _plane_of(self.segments.rows[rows[0]])
+        plane = plane_of(self.segments.rows[rows[0]])
         if self.place is not None and offset != self.last_offset:  # the same one goes on behind G28 and G53
-            self.remarks.fault(_line_of(self.segments.rows[rows[0]]), 1, "side, radius or plane of the compensation changed "
-                               "while it is in force; program G40 between")
-            return
-        self.plane, self.tilt, self.last_offset = plane, self.segments.rows[rows[0]][_TILT_COLUMN], offset
-        moving = [k for k in rows if _moves_in_plane(self.segments.rows[k], plane)]
+            if offset != -self.last_offset or plane != self.plane:
+                self.remarks.fault(line_of(self.segments.rows[rows[0]]), 1, "radius or plane of the compensation changed while "
+                                   "it is in force; program G40 between")
+                return
+            self.remarks.note(line_of(self.segments.rows[rows[0]]), "the side of the radius compensation changes in one move: "
+                              "the block before ends square to its end, this one leads to the other side, square to its own "
+                              "end (Siemens); other controls begin it square to its start")
+        self.plane, self.tilt, self.last_offset = plane, self.segments.rows[rows[0]][TILT_COLUMN], offset
+        moving = [k for k in rows if moves_in_plane(self.segments.rows[k], plane)]
         if not moving:
             self.keep(rows)
             return
-        if self.segments.rows[moving[0]][0]:
-            self.remarks.fault(_line_of(self.segments.rows[moving[0]]), 1, "radius compensation that begins on an arc; "
-                               "program G41 or G42 with a straight line")
-            return
         self._note_blocks_without_motion(rows, moving)
         contour = [k for k in moving[1:] if k not in self.segments.contour_ends]
-        elements = [_element(self.segments.rows[k], plane) for k in contour]
+        elements = [element_of(self.segments.rows[k], plane) for k in contour]
         try:
             joints = [self._join(elements[m - 1:m + 1], contour[m], offset=offset, is_mitred=is_mitred)
                       for m in range(1, len(contour))]
             parallels = self._parallels(elements, joints, contour, offset=offset)
+            way = self._ends(moving, elements, parallels, offset=offset)
         except OffsetFault:
             return
-        way = self._ends(moving, elements, parallels, offset=offset)
         self._follow(rows, way | dict(zip(contour, parallels, strict=True)), dict(zip(contour[1:], joints, strict=True)))
 
     def _join(self, elements: list[ContourElement], k: int, *, offset: float, is_mitred: bool) -> Joint:
@@ -169,21 +185,33 @@ class _Writer:
               ) -> dict[int, ContourElement]:
         """Return the ways to the contour and from it, by their rows."""
         rows, ends, first = self.segments.rows, self.segments.contour_ends, moving[0]
-        entry = _element(rows[first], self.plane)
+        entry = element_of(rows[first], self.plane)
         tangent = elements[0].tangent(is_end=False) if elements else entry.tangent(is_end=True)
         contact = parallels[0].start if parallels else entry.end + 1j * offset * tangent
         way = {first: ContourElement(entry.start, contact)}
-        if first in ends:
-            run_in = ends[first].length * (-1j * math.copysign(1.0, offset) if ends[first].is_square else 1.0) * tangent
-            self.run_in[first] = contact - run_in
-        if moving[-1] in ends and parallels:
-            last = parallels[-1].end
-            run_out = 1j * math.copysign(ends[moving[-1]].length, offset) * elements[-1].tangent(is_end=True)
-            way[moving[-1]] = ContourElement(last, last + run_out)
+        if entry.centre is not None:
+            try:
+                way[first] = lead_in_arc(entry, offset, entry.start if self.place is None else self.place)
+            except OffsetFault as fault:
+                raise self._fault(first, fault) from None
+            self.remarks.note(line_of(rows[first]), "radius compensation begins on an arc: from where the tool stands one arc "
+                              "leads to the compensated end, tangent to the contour there (LinuxCNC)")
+        side = 1 if offset > 0 else -1
+        try:
+            if first in ends:
+                place = entry.start if self.place is None else self.place
+                self.ways[first] = ends[first].ways(contact, tangent, side, place=place, is_start=True)
+            if (last := moving[-1]) in ends and last != first and parallels:
+                goal = plane_point(rows[last], END_COLUMN, self.plane)
+                self.ways[last] = ends[last].ways(parallels[-1].end, elements[-1].tangent(is_end=True), side,
+                                                  place=goal, is_start=False)
+                way[last] = self.ways[last][-1]
+        except OffsetFault as fault:
+            raise self._fault(moving[-1], fault) from None
         return way
 
     def _fault(self, k: int, fault: OffsetFault) -> OffsetFault:
-        self.remarks.fault(_line_of(self.segments.rows[k]), 1, f"{fault}; a smaller tool, or a contour that it can follow")
+        self.remarks.fault(line_of(self.segments.rows[k]), 1, f"{fault}; a smaller tool, or a contour that it can follow")
         return fault
 
     def _follow(self, rows: Sequence[int], parallels: dict[int, ContourElement], joints: dict[int, Joint]) -> None:
@@ -191,38 +219,48 @@ class _Writer:
         for k in rows:
             row = self.segments.rows[k]
             if k not in parallels:
-                self._line(k, _plane_point(row, _START_COLUMN, self.plane) if self.place is None else self.place)
+                self._line(k, plane_point(row, START_COLUMN, self.plane) if self.place is None else self.place)
                 continue
             joint, parallel = joints.get(k), parallels[k]
             if joint is not None and joint.centre is not None:
-                height = _start_of(row)
+                height = start_of(row)
                 self._write(-1, self._arc_row(row, ContourElement(joint.leave, joint.begin, joint.centre, joint.sweep),
                                               (height, height), stop=False))
                 self.place = joint.begin
-            if k in self.run_in:
-                self._line(k, self.run_in[k])
-                self.place = self.run_in[k]
-                self._write(k, (0, *self._at(_end_of(row), self.place), *self._at(_end_of(row), parallel.end),
-                                *self._at(_end_of(row), self.place), 0.0, *row[_PLANE_COLUMN:]))
+            if k in self.ways:
+                self._follow_ways(k, self.ways[k])
             elif parallel.centre is None:
                 self._line(k, parallel.end)
             else:
-                self._write(k, self._arc_row(row, parallel, (_start_of(row), _end_of(row)),
-                                             stop=bool(row[_STOP_COLUMN])))
+                self._write(k, self._arc_row(row, parallel, (start_of(row), end_of(row)),
+                                             stop=bool(row[STOP_COLUMN])))
             self.place = parallel.end
+
+    def _follow_ways(self, k: int, ways: list[ContourElement]) -> None:
+        """Write the ways to a contour or from it in place of their row: the first at its heights, the others at its end."""
+        row = self.segments.rows[k]
+        height = end_of(row)
+        for number, way in enumerate(ways):
+            begin = start_of(row) if number == 0 else height
+            if way.centre is not None:
+                self._write(k, self._arc_row(row, way, (begin, height), stop=False))
+            elif abs(way.end - way.start) > 0:
+                place = self._at(begin, way.start)
+                self._write(k, (0, *place, *self._at(height, way.end), *place, 0.0, *row[PLANE_COLUMN:]))
+        self.place = ways[-1].end
 
     def _line(self, k: int, end: complex) -> None:
         """Write a row as a line from where the tool stands to a place of the plane, at its own heights."""
         row = self.segments.rows[k]
-        start = _plane_point(row, _START_COLUMN, self.plane) if self.place is None else self.place
-        begin = self._at(_start_of(row), start)
-        self._write(k, (0, *begin, *self._at(_end_of(row), end), *begin, 0.0, *row[_PLANE_COLUMN:]))
+        start = plane_point(row, START_COLUMN, self.plane) if self.place is None else self.place
+        begin = self._at(start_of(row), start)
+        self._write(k, (0, *begin, *self._at(end_of(row), end), *begin, 0.0, *row[PLANE_COLUMN:]))
 
     def _arc_row(self, row: Row, arc: ContourElement, heights: tuple[Row, Row], *, stop: bool) -> Row:
         assert arc.centre is not None
         start, end = self._at(heights[0], arc.start), self._at(heights[1], arc.end)
         centre = self._at(heights[0], arc.centre)
-        return (1, *start, *end, *centre, arc.sweep, *row[_PLANE_COLUMN:_STOP_COLUMN], stop, *row[_STOP_COLUMN + 1:])
+        return (1, *start, *end, *centre, arc.sweep, *row[PLANE_COLUMN:STOP_COLUMN], stop, *row[STOP_COLUMN + 1:])
 
     def _at(self, point: Sequence[float], place: complex) -> Row:
         moved = list(point)
@@ -236,7 +274,7 @@ class _Writer:
     def _note_blocks_without_motion(self, rows: Sequence[int], moving: list[int]) -> None:
         for first, second in pairwise(moving):
             if second - first - 1 > MAX_BLOCKS_WITHOUT_PLANE_MOTION:
-                self.remarks.note(_line_of(self.segments.rows[first + 1]), f"more than {MAX_BLOCKS_WITHOUT_PLANE_MOTION} "
+                self.remarks.note(line_of(self.segments.rows[first + 1]), f"more than {MAX_BLOCKS_WITHOUT_PLANE_MOTION} "
                                   "block without motion in the plane of the radius compensation: a control that looks no "
                                   "further cuts into the corner before it")
 
@@ -253,37 +291,5 @@ class _Writer:
 
 def last_tangent(segments: Segments, plane: tuple[int, int]) -> complex | None:
     """Return the unit tangent at the end of the last row that moves in a plane; none where none does."""
-    row = next((row for row in reversed(segments.rows) if _moves_in_plane(row, plane)), None)
-    return None if row is None else _element(row, plane).tangent(is_end=True)
-
-
-def _line_of(row: Row) -> int:
-    return int(row[_LINE_COLUMN])
-
-
-def _plane_of(row: Row) -> tuple[int, int]:
-    return int(row[_PLANE_COLUMN]), int(row[_PLANE_COLUMN + 1])
-
-
-def _start_of(row: Row) -> Row:
-    return row[_START_COLUMN:_START_COLUMN + 3]
-
-
-def _end_of(row: Row) -> Row:
-    return row[_END_COLUMN:_END_COLUMN + 3]
-
-
-def _plane_point(row: Row, column: int, plane: tuple[int, int]) -> complex:
-    return complex(row[column + plane[0]], row[column + plane[1]])
-
-
-def _moves_in_plane(row: Row, plane: tuple[int, int]) -> bool:
-    way = _plane_point(row, _END_COLUMN, plane) - _plane_point(row, _START_COLUMN, plane)
-    return bool(row[0]) or abs(way) > _MIN_PLANE_MOTION
-
-
-def _element(row: Row, plane: tuple[int, int]) -> ContourElement:
-    start, end = _plane_point(row, _START_COLUMN, plane), _plane_point(row, _END_COLUMN, plane)
-    if not row[0]:
-        return ContourElement(start, end)
-    return ContourElement(start, end, _plane_point(row, _CENTRE_COLUMN, plane), math.fmod(row[_SWEEP_COLUMN], 4 * math.pi))
+    row = next((row for row in reversed(segments.rows) if moves_in_plane(row, plane)), None)
+    return None if row is None else element_of(row, plane).tangent(is_end=True)

@@ -6,9 +6,12 @@ import math
 from dataclasses import dataclass, field
 
 from toolpoint.io.program.centre_control import CentreControl, part_of_turn
+from toolpoint.io.program.polar_places import from_pole
 from toolpoint.io.program.program_frame import AXES, PLANES, ProgramFrame
 from toolpoint.io.program.radius_compensation import CompensationMode
+from toolpoint.io.program.rounded_corners import Corner
 from toolpoint.io.program.segments import MOST_SEGMENTS, Remarks, Segments
+from toolpoint.io.program.splines import SPLINE_MOTION
 from toolpoint.io.program.tilted_planes import TiltedPlane
 
 CENTER = {"I": 0, "J": 1, "K": 2}
@@ -49,6 +52,8 @@ class ControlModes:
     centre: CentreControl = field(default_factory=CentreControl)
     compensation: CompensationMode = field(default_factory=CompensationMode)
     polar: list[float] | None = None  # radius (in programmed units) and angle (degrees) last programmed under G16
+    spline_end: tuple[list[float], complex] | None = None  # of the last spline: place, and last control point from there
+    modal_rounding: float = 0.0  # m, of every corner of the contour (RNDM)
     programmed_axes: set[int] = field(default_factory=set)
     _unprogrammed: str = ""
 
@@ -71,6 +76,7 @@ class ControlModes:
     def target(self, places: Places, *, machine: bool = False) -> list[float]:
         """Return the position after a block, m."""
         places = places if self.polar is None or machine else self._from_polar(places)
+        places = from_pole(places, self.programmed, scale=self.scale, incremental=self.incremental)
         self._unprogrammed = "".join(letter for letter, i in AXES.items() if i not in self.programmed_axes)
         self.programmed_axes |= {i for letter, i in AXES.items() if letter in places}
         if not self.frame.is_identity and not machine:
@@ -199,14 +205,29 @@ class ControlModes:
             rate = self.feed_word * self.centre.turn / 60 if self.feed_mode == 93 else math.radians(self.feed_word) / 60
             self._line(number, list(self.position), self.rapid_feed if rapid else rate, rapid=rapid, stop=True)
 
+    def keep_corner(self, number: int, kind: str, size: float, *, feed: float = 0.0, is_modal: bool = False) -> None:
+        """Round or break (m) the corner behind the last row."""
+        if size < 0 or not self.segments.rows:
+            self.remarks.fault(number, 1, f"a {kind} of {1e3 * size:g} mm with no block before it, or below zero")
+        elif size > 0:
+            self.segments.corners[len(self.segments.rows) - 1] = Corner(kind, size, number, feed, is_modal)
+
     def move(self, number: int, places: Places, *, once: bool, machine: bool) -> None:
         """Add the segment of a block of motion."""
+        if machine and self.centre.word and not self.motion:
+            self.rapid(number, self.target(places, machine=True))
+            self.segments.keep_unseen()
+            self.remarks.note(number, f"rapids in machine coordinates under {self.centre.word}: their way is not looked at")
+            return
         if machine and self.centre.word:
-            self.remarks.fault(number, 1, f"a move in machine coordinates under {self.centre.word} is not computed")
+            self.remarks.fault(number, 1, f"a cut in machine coordinates under {self.centre.word} is not computed")
         if machine and self.tilted.matrix is not None:
             self.remarks.note(number, "a move in machine coordinates in a tilted plane is taken along the axes of the plane")
         end = self.target(places, machine=machine)
-        if self.motion >= 2:
+        if self.motion == SPLINE_MOTION:
+            self.remarks.fault(number, 1, "a place without G0, G1 or G5 behind a spline")
+            self.position = end
+        elif self.motion >= 2:
             self._arc(number, places, end, once)
         elif any(k in CENTER or k == "CR" for k in places):
             self.remarks.fault(number, 1, "I, J, K or CR on a straight line; program G2 or G3")
@@ -223,19 +244,28 @@ class ControlModes:
             self.segments.rotary.add(number)
         geometry = self._has_feed(number) and self._arc_geometry(number, places, start, end)
         if geometry:
-            center, sweep = geometry
             if missing_axes := self._missing_start():
                 self.remarks.note(number, missing_axes)
-            a, b = PLANES[self.plane]
-            radius = math.hypot(start[a] - center[a], start[b] - center[b])
-            feed = self.speed_for(number, end, abs(sweep) * radius)
-            self.segments.speed = self.speed
-            self._compensate(number)
-            if self.centre.word:
-                self._chords(number, end, (center, sweep), feed=feed)
-                return
-            self.segments.arc(start, end, center, sweep=sweep, plane=(a, b), feed=feed, stop=self.exact or once, number=number)
+            self._sweep(number, geometry, end, stop=self.exact or once)
         self.position = end
+
+    def follow_arc(self, number: int, center: list[float], sweep: float, *, end: list[float]) -> None:
+        """Add an arc of known centre (m) and sweep (rad), that may be several turns."""
+        self._check_tool_axis(number)
+        if self._has_feed(number):
+            self._sweep(number, (center, sweep), end, stop=self.exact)
+        self.position = end
+
+    def _sweep(self, number: int, geometry: tuple[list[float], float], end: list[float], *, stop: bool) -> None:
+        (center, sweep), (a, b), start = geometry, PLANES[self.plane], self.position
+        radius = math.hypot(start[a] - center[a], start[b] - center[b])
+        feed = self.speed_for(number, end, abs(sweep) * radius)
+        self.segments.speed = self.speed
+        self._compensate(number)
+        if self.centre.word:
+            self._chords(number, end, (center, sweep), feed=feed)
+            return
+        self.segments.arc(start, end, center, sweep=sweep, plane=(a, b), feed=feed, stop=stop, number=number)
 
     def _chords(self, number: int, end: list[float], arc: tuple[list[float], float], *, feed: float) -> None:
         """Follow an arc under tool centre control by chords, along which the tool turns evenly."""

@@ -30,6 +30,7 @@ class Cycle:
     to_level: bool = False
     retract: float | None = None
     ready: bool = False
+    surface: float | None = None  # from which pecks count, m; the level where left out
 
 
 def begin_cycle(state: ControlModes, cycle: Cycle, number: int, *, places: Places, numbers: Mapping[str, float],
@@ -93,8 +94,9 @@ def _hole(state: ControlModes, cycle: Cycle, number: int, third: int) -> None:
         state.rapid(number, _at(state.position, third, cycle.level))
     levels = [cycle.depth]
     if cycle.number in _PECKS and cycle.peck > 0:
-        count = min(int(abs(cycle.level - cycle.depth) / cycle.peck + 1 - 1e-9), _MOST_PECKS)
-        levels = [cycle.level - k * cycle.peck for k in range(1, count)] + [cycle.depth]
+        surface = cycle.level if cycle.surface is None else cycle.surface
+        count = min(int(abs(surface - cycle.depth) / cycle.peck + 1 - 1e-9), _MOST_PECKS)
+        levels = [surface - k * cycle.peck for k in range(1, count)] + [cycle.depth]
     for k, level in enumerate(levels):
         if k and cycle.number == 83:
             state.rapid(number, _at(state.position, third, cycle.level))

@@ -11,14 +11,18 @@ that move nothing are one note; what would bend the path (splines, threads) is a
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 from toolpoint._check import ToolpointError
+from toolpoint._doubt import Doubt
 from toolpoint.drives.program.path import Path as DrivePath
 from toolpoint.io.door import door
 from toolpoint.io.faults import Fault, FileFaults
 from toolpoint.io.program.block import BlockReader
+from toolpoint.io.program.centre_control import begin_control
 from toolpoint.io.program.control_modes import ControlModes
+from toolpoint.io.program.files_beside import FilesBeside
 from toolpoint.io.program.interpreter import Run
 from toolpoint.io.program.radius_compensation import CutterRadii
 from toolpoint.io.program.segments import Program, Remarks
@@ -29,11 +33,14 @@ __all__ = ["Program", "parse", "read", "read_path"]
 _MAX_PROGRAM_BYTES = 200_000_000
 MAX_FAULTY, FEWEST_FAULTY = 0.5, 4  # share of the lines of a program that may be no blocks; lines from which they are counted
 Point = tuple[float, float, float]
+# How a program ends; and how many of its last lines are looked at, behind which empty numbered ones may stand.
+_END_WORDS = re.compile(r"(?<![A-Z])M\s*0*(?:2|30|99|17)(?!\d)|\bRET\b|\bEND PGM\b|^\s*%\s*$|\bENDSUB\b")
+_LAST_LINES = 5
 
 
 @door("program")
 def read(path: str | Path, rapid_feed: float = 0.5, start: Point = (0.0, 0.0, 0.0), *, feed: float | None = None,
-         cutter_radius: CutterRadii | float | None = None) -> Program:
+         cutter_radius: CutterRadii | float | None = None, tip_programmed: bool = False) -> Program:
     r"""Return the segments of a program file; see `parse`. Files named .h, or that begin with BEGIN PGM, are Klartext.
 
     >>> import tempfile
@@ -51,7 +58,32 @@ def read(path: str | Path, rapid_feed: float = 0.5, start: Point = (0.0, 0.0, 0.
         text = path.read_text(encoding="utf-8-sig", errors="replace")
     except OSError as error:
         raise ToolpointError(f"{path}: cannot be read ({error.strerror}); check the name and the folder") from None
-    return parse(text, rapid_feed, start, name=str(path), feed=feed, cutter_radius=cutter_radius)
+    program = parse(text, rapid_feed, start, name=str(path), feed=feed, cutter_radius=cutter_radius,
+                    tip_programmed=tip_programmed, neighbours=FilesBeside(path))
+    doubts = question_end(text, is_cutting=not program.rapid[-1])
+    return replace(program, notes=(*doubts, *program.notes))
+
+
+def question_end(text: str, *, is_cutting: bool) -> list[Doubt]:
+    """Return a doubt where a program has no end (M2, M30, M99, RET, END PGM, %) behind its last block, as a file cut off has.
+
+    is_cutting : whether the last block leaves the tool in a cut.
+    """
+    lines = [line for line in re.sub(r"\([^)]*\)|;[^\n]*", "", text.upper()).splitlines() if line.strip()]
+    if not lines or any(_END_WORDS.search(line) for line in lines[-_LAST_LINES:]):
+        return []
+    return [Doubt("end of the program", f"no M2, M30, M99, RET or END PGM stands in its last lines, the last is "
+                  f"'{lines[-1].strip()[:60]}'" + (", and the tool stays in the cut" if is_cutting else ""),
+                  "is the file whole?", grave=is_cutting)]
+
+
+def question_subprograms(run: Run) -> list[Doubt]:
+    """Return doubts about subprograms that are not there, and about those that stand in files of their own."""
+    doubts = [Doubt("subprogram", f"{name.strip('<>')} (line {line}) is neither in the program nor in a file beside it: its "
+                    "motion is left out, and with it what it cuts", "put its file into the folder of the program", grave=True)
+              for name, line in run.absent.items()]
+    return doubts + [Doubt("subprogram file", f"{file} is run where line {line} calls it; its moves are told by that line, and "
+                           "its words S and F are not written anew") for file, line in run.files.items()]
 
 
 def read_path(path: str | Path, rapid_feed: float = 0.5, *, cutter_radius: float | None = None) -> DrivePath:
@@ -69,7 +101,8 @@ def read_path(path: str | Path, rapid_feed: float = 0.5, *, cutter_radius: float
 
 
 def parse(text: str, rapid_feed: float = 0.5, start: Point = (0.0, 0.0, 0.0), *, name: str = "program",
-          arc_tolerance: float = 1e-5, feed: float | None = None, cutter_radius: CutterRadii | float | None = None) -> Program:
+          arc_tolerance: float = 1e-5, feed: float | None = None, cutter_radius: CutterRadii | float | None = None,
+          tip_programmed: bool = False, neighbours: FilesBeside | None = None) -> Program:
     """Return the segments of a program.
 
     Parameters
@@ -88,6 +121,11 @@ def parse(text: str, rapid_feed: float = 0.5, start: Point = (0.0, 0.0, 0.0), *,
         m/s; of cuts before the first F.
     cutter_radius : CutterRadii or float, optional
         m; of the tools, for G41 and G42, RL and RR: zero where the program holds the path of the tool's centre.
+    tip_programmed : bool
+        Whether X, Y and Z are the tip's from the first line on, as under tool centre control: a machine of LinuxCNC whose
+        kinematics hold the tip needs no word for it.
+    neighbours : FilesBeside, optional
+        Where subprograms are looked for that are not in the text. Their moves have the line that calls them.
 
     Raises
     ------
@@ -99,6 +137,8 @@ def parse(text: str, rapid_feed: float = 0.5, start: Point = (0.0, 0.0, 0.0), *,
     remarks = Remarks()
     state = ControlModes(rapid_feed, arc_tolerance, [float(x) for x in start], remarks, feed=feed or 0.0)
     state.segments.cutter_radii = CutterRadii(cutter_radius) if isinstance(cutter_radius, float | int) else cutter_radius
+    if tip_programmed:
+        begin_control(state, 1, "of the machine")
     if klartext.is_klartext(text):
         return klartext.run(text, state, name)
     without_suffix = re.sub(r"\([^)]*\)|;.*", "", text.upper())
@@ -108,7 +148,10 @@ def parse(text: str, rapid_feed: float = 0.5, start: Point = (0.0, 0.0, 0.0), *,
     variables: dict[str, float] = {}
     unset: set[str] = set()
     reader = BlockReader(state, variables, unset)
-    Run(list_statements(text), remarks, reader.take, variables, unset).execute()
+    run = Run(list_statements(text), remarks, reader.take, variables, unset, neighbours=neighbours)
+    run.execute()
+    remarks.place = ""
+    state.segments.doubts += question_subprograms(run)
     _check_kind(name, text, state, remarks)
     if re.search(r"#5[04]\d\d", without_suffix):
         remarks.note(1, "the program reads where the machine stands (#5021 and the like): it is where this program brought it, "
@@ -120,7 +163,7 @@ def parse(text: str, rapid_feed: float = 0.5, start: Point = (0.0, 0.0, 0.0), *,
 def _check_kind(name: str, text: str, state: ControlModes, remarks: Remarks) -> None:
     """Refuse a text that is no program, in one fault: most of its lines are no blocks."""
     lines = [number for number, line in enumerate(text.splitlines(), 1) if line.strip()]
-    faulty = {number for places in remarks.faults.values() for number, _ in places}
+    faulty = {number for message, places in remarks.faults.items() if "is not computed" not in message for number, _ in places}
     if len(faulty) <= MAX_FAULTY * max(len(lines), 1) or len(faulty) < FEWEST_FAULTY or len(state.segments.rows) > len(faulty):
         return
     raise FileFaults(name, text, [Fault(

@@ -1,4 +1,4 @@
-"""Klartext of Heidenhain controls, a subset: L, CC, C, CR, RND, FMAX, M, TOOL CALL, Q parameters, FN, LBL; CYCL DEF as notes.
+"""Klartext of Heidenhain controls, a subset: L, LP, CC, C, CP, CR, CT, RND, CHF, FMAX, M, TOOL CALL, Q parameters, FN, LBL.
 
 Radius compensation is RL, RR and R0 (`radius_compensation`), with APPR and DEP on straight lines (`contour_ends`).
 """
@@ -13,8 +13,10 @@ from toolpoint.io.program.contour_ends import leave_contour, split_contour_end
 from toolpoint.io.program.control_modes import ControlModes
 from toolpoint.io.program.expressions import ExpressionFault, Reader
 from toolpoint.io.program.interpreter import LINES_PER_PROGRAM_LINE, MAX_LOOP_CHARACTERS, MAX_LOOP_LINES
+from toolpoint.io.program.klartext_cycles import KlartextCycles
+from toolpoint.io.program.klartext_ways import circle_about_pole, polar_end, take_polar_words, tangent_arc
 from toolpoint.io.program.program_frame import AXES
-from toolpoint.io.program.radius_compensation import ContourEnd
+from toolpoint.io.program.rounded_corners import LEG, ROUND
 from toolpoint.io.program.segments import Program
 from toolpoint.io.program.tilted_planes import tilt_by_plane_function
 
@@ -45,6 +47,7 @@ class _Klartext:
     rounding: float = 0.0
     words: list[tuple[int, str, float]] = field(default_factory=list)
     number: int = 1  # of the line that is read
+    cycles: KlartextCycles = field(default_factory=KlartextCycles)
 
 
 @dataclass
@@ -73,7 +76,7 @@ class _Labels:
 def run(text: str, state: ControlModes, name: str) -> Program:
     """Return the segments of a Klartext program."""
     # Blocks are numbered, also those that hold a comment alone.
-    lines = [(number, re.sub(r"^\s*\d+(?:\s+(?=\D)|\s*$)", "", line.split(";", 1)[0]).strip().upper())
+    lines = [(number, re.sub(r"^\s*\d+(?:\s+(?=\D)|\s*$)", "", line.split(";", 1)[0]).strip().upper().rstrip("~ "))
              for number, line in enumerate(text.splitlines(), 1)]
     lines = [(number, line) for number, line in lines if line]
     labels: dict[str, int] = {}
@@ -109,6 +112,7 @@ def run(text: str, state: ControlModes, name: str) -> Program:
         index = following
     if reader.unset:
         state.remarks.note(1, f"parameters that the program reads from outside are zero: {', '.join(sorted(reader.unset)[:8])}")
+    state.segments.doubts += reader.cycles.doubts()
     return state.segments.program(name, text, words=reader.words, remarks=state.remarks)
 
 
@@ -158,10 +162,16 @@ def _line(reader: _Klartext, number: int, line: str) -> None:
     elif match := re.match(r"CC\b(.*)", line):
         for i, value in _axes(reader, match[1])[0].items():
             reader.center[i] = value
-    elif match := re.match(r"(L|CR|C|LN)\b(.*)", line):
+    elif match := re.match(r"(LP|CP|CT|L|CR|C|LN)\b(.*)", line):
         _move(reader, number, match[1], match[2])
-    elif re.match(r"(RND|CHF)\b", line):
-        state.remarks.note(number, "RND and CHF are left out: the corners stay sharp")
+        if re.search(r"\bM89\b", line):
+            reader.cycles.is_modal = True
+        if re.search(r"\bM99\b", line) or (reader.cycles.is_modal and not re.search(r"\bM99\b", line)):
+            reader.cycles.call(state, number, reader.variables)
+            reader.cycles.is_modal &= not re.search(r"\bM99\b", line)
+    elif match := re.match(r"(RND|CHF)\s*R?\s*([+-]?[\d.]+|[+-]?Q[LR]?\d+)(?:\s+F\s*([\d.]+|Q\d+))?", line):
+        feed = _value(reader, match[3]) * state.feed_scale / 60 if match[3] else 0.0
+        state.keep_corner(number, ROUND if match[1] == "RND" else LEG, _value(reader, match[2]) * state.scale, feed=feed)
     elif re.match(r"CYCL DEF 9\.?[01]?\b.*V\.?ZEIT|CYCL DEF 9\.1", line):
         if match := re.search(r"(?:V\.?ZEIT|DWELL|V)\s*([\d.]+)\s*$", line):
             state.wait(number, float(match[1]))
@@ -173,7 +183,15 @@ def _line(reader: _Klartext, number: int, line: str) -> None:
     elif line.startswith("PLANE"):
         if refused := tilt_by_plane_function(state, number, line):
             raise ExpressionFault(refused)
+    elif line.startswith("CYCL CALL"):
+        if re.match(r"CYCL CALL\s+PAT", line):
+            raise ExpressionFault("CYCL CALL PAT: a pattern of places is not computed; post single calls")
+        if match := re.match(r"CYCL CALL\s+POS\b(.*)", line):
+            _move(reader, number, "L", f"{match[1]} FMAX")
+        reader.cycles.call(state, number, reader.variables)
     elif match := _WORDS_WITHOUT_MOTION.match(line):
+        if line.startswith("CYCL DEF"):
+            reader.cycles.define(line)
         if call := re.match(r"TOOL CALL\s+(\d+)?(?:.*?\bS\s*([\d.]+))?", line):
             state.segments.call_tool(float(call[1]) if call[1] else None, change=True)
             state.speed = float(call[2]) if call[2] else state.speed
@@ -185,25 +203,34 @@ def _line(reader: _Klartext, number: int, line: str) -> None:
 
 
 def _contour_end(reader: _Klartext, number: int, line: str) -> None:
-    """Go to a contour (APPR) or away from it (DEP) on straight lines."""
+    """Go to a contour (APPR) or away from it (DEP)."""
     state = reader.state
-    verb, kind, text, remainder = split_contour_end(line)
-    length = _value(reader, text) * state.scale
+    verb, is_polar, way, remainder = split_contour_end(line, lambda text: _value(reader, text), state.scale)
     if verb == "DEP":
         if feed := re.search(r"\bF\s*([\d.]+|Q\d+)", remainder):
             state.set_feed(_value(reader, feed[1]))
-        leave_contour(state, number, kind=kind, length=length)
+        goal = None
+        if way.kind == "LCT":
+            polar, remainder = take_polar_words(remainder, lambda part: _value(reader, part)) if is_polar else ({}, remainder)
+            ends = _axes(reader, remainder)[0] | (polar_end(state, reader.center, polar) if is_polar else {})
+            goal = [ends.get(i, state.position[i]) for i in range(3)]
+        leave_contour(state, number, way, goal=goal)
         return
-    _move(reader, number, "L", _take_compensation(state, remainder))
+    _move(reader, number, "LP" if is_polar else "L", _take_compensation(state, remainder))
     if not state.compensation.side:
-        raise ExpressionFault(f"APPR {kind} without RL or RR")
-    state.segments.contour_ends[len(state.segments.rows) - 1] = ContourEnd(is_square=kind == "LN", length=length)
+        raise ExpressionFault(f"APPR {way.kind} without RL or RR")
+    state.segments.contour_ends[len(state.segments.rows) - 1] = way
+    if way.kind in ("CT", "LCT"):
+        state.remarks.note(number, "APPR and DEP on circles: their radius is that of the tool centre's path")
 
 
 def _take_compensation(state: ControlModes, line: str) -> str:
     """Begin or end radius compensation by RL, RR or R0; return the line without them."""
     if match := _COMPENSATION.search(line):
-        state.compensation.begin({"L": 1, "R": -1, "0": 0}[match[1]])
+        side = {"L": 1, "R": -1, "0": 0}[match[1]]
+        if side * state.compensation.side < 0:
+            raise ExpressionFault("RL and RR follow each other without a block R0 between")
+        state.compensation.begin(side)
     return _COMPENSATION.sub(" ", line)
 
 
@@ -285,6 +312,7 @@ def _without_vectors(reader: _Klartext, text: str) -> str:
 
 def _move(reader: _Klartext, number: int, kind: str, text: str) -> None:
     state = reader.state
+    polar, text = take_polar_words(text, lambda part: _value(reader, part)) if kind in ("LP", "CP") else ({}, text)
     ends, remainder = _axes(reader, _without_vectors(reader, text) if kind == "LN" else text)
     if feed := re.search(r"\bF\s*(MAX|AUTO|[\d.]+|Q\d+)", remainder):
         rapid = feed[1] == "MAX"
@@ -300,12 +328,21 @@ def _move(reader: _Klartext, number: int, kind: str, text: str) -> None:
             state.swing(number)
         state.motion = 0
         return
+    direction = int(match[1] + "1") if (match := re.search(r"\bDR\s*([+-])", remainder)) else 0
+    if kind == "LP":
+        ends |= polar_end(state, reader.center, polar)
     end = [ends.get(i, state.position[i]) for i in range(3)]
-    if kind in ("L", "LN"):
+    if kind == "CP":
+        circle_about_pole(state, number, reader.center, words=polar, direction=direction, height=end[2])
+        return
+    if kind == "CT":
+        tangent_arc(state, number, end)
+        return
+    if kind in ("L", "LN", "LP"):
         state.programmed_axes |= ends.keys()
         (state.rapid if rapid else state.cut)(number, end)
         return
-    state.motion = 2 if re.search(r"\bDR\s*-", remainder) else 3
+    state.motion = 2 if direction < 0 else 3
     places = {"XYZ"[i]: ("AC", (end[i] - state.origin[i]) / state.scale) for i in range(3)}
     if kind == "CR":
         radius = re.search(r"\bR\s*([+-]?[\d.]+)", remainder)

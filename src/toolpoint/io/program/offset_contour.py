@@ -11,7 +11,7 @@ import cmath
 import math
 from dataclasses import dataclass
 
-_MAX_MITRE_MISMATCH = 1e-7  # m: ends of parallels that lie so near normal to the path are joined in their middle
+_MAX_MITRE_MISMATCH = 1.6e-8  # m: ends of parallels that lie so near normal to the path are joined in their middle
 _MAX_REVERSAL = 2e-6  # m, of a segment whose ends have passed each other by the rounding of a program
 _REVERSED_TURN = math.pi - 1e-6  # rad: from it on the contour runs back along itself, and the tool goes round its end
 _MAX_MITRE_TURN = math.radians(100.0)  # of outside corners with intersections: at sharper ones the tool goes round
@@ -155,3 +155,27 @@ def place_parallel(element: ContourElement, offset: float, ends: tuple[complex, 
         raise OffsetFault(f"the tool of {1e3 * abs(offset):g} mm radius does not reach this arc: the corners beside it leave "
                           "nothing of it")
     return ContourElement(begin, end, element.centre, sweep) if way * sweep > 0 else ContourElement(begin, end)
+
+
+def lead_in_arc(element: ContourElement, offset: float, start: complex) -> ContourElement:
+    """Return the arc from a place of the tool's centre to the end of a contour's arc, tangent there beside it by the offset.
+
+    Its centre lies on the normal of the contour at the end, as far from the start as from the end.
+
+    Raises OffsetFault where no such arc turns as the contour's does.
+
+    >>> arc = lead_in_arc(ContourElement(0, 1 + 1j, 1j, math.pi / 2), 0.5, 0)
+    >>> round(abs(arc.start - arc.centre), 6), round(abs(arc.end - arc.centre), 6)
+    (1.25, 1.25)
+    """
+    tangent = element.tangent(is_end=True)
+    end = element.end + 1j * offset * tangent
+    normal, way = 1j * tangent, start - end
+    across = (way * normal.conjugate()).real
+    radius = abs(way) ** 2 / (2 * across) if across else math.inf
+    if not math.isfinite(radius) or radius * element.sweep <= 0 or element.offset_radius(offset) <= 0:
+        raise OffsetFault(f"no arc leads the tool of {1e3 * abs(offset):g} mm radius from where it stands to the end of "
+                          "this one")
+    centre, turn = end + radius * normal, math.copysign(1.0, element.sweep)
+    sweep = (turn * cmath.phase((end - centre) / (start - centre))) % (2 * math.pi)
+    return ContourElement(start, end, centre, turn * sweep)

@@ -6,9 +6,13 @@ register D, G41.1 D, TOOL DEF; D0 is none. `compensated_rows` offsets the segmen
 
 from __future__ import annotations
 
+import cmath
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
+
+from toolpoint.io.program.offset_contour import ContourElement, OffsetFault
 
 if TYPE_CHECKING:
     from toolpoint.cutting.description import CuttingDescription
@@ -51,10 +55,48 @@ class Compensation:
 
 @dataclass(frozen=True)
 class ContourEnd:
-    """Straight way of a length (m) to a contour, or from it: along the tangent, or square to it beside the radius."""
+    """Way to a contour, or from it, beside the radius (Klartext).
 
-    is_square: bool
-    length: float
+    kind : LT, a line of a length (m) along the tangent; LN, square to it; CT, an arc of a radius (m) and an angle (rad); LCT,
+    an arc of a radius, tangent to the contour and to the line from where the tool stands, or to where it goes. The radius is
+    that of the tool centre's path, negative on the other side of the contour.
+    """
+
+    kind: str
+    length: float = 0.0
+    radius: float = 0.0
+    angle: float = 0.0
+
+    def ways(self, contact: complex, tangent: complex, side: int, *, place: complex, is_start: bool) -> list[ContourElement]:
+        """Return the ways between a place of the tool's centre and the compensated contour, in the order of motion.
+
+        contact : compensated end of the contour; tangent : of the motion there; side : 1 left, -1 right of the contour; place :
+        where the tool comes from, or where it goes (LCT).
+
+        Raises OffsetFault where the place lies inside the arc.
+        """
+        if self.kind in ("LT", "LN"):
+            way = self.length * (tangent if self.kind == "LT" else (-1j if is_start else 1j) * side * tangent)
+            lines = [ContourElement(place, contact - way), ContourElement(contact - way, contact)]
+            return lines if is_start else [ContourElement(contact, contact + way)]
+        turn = side * (1 if self.radius > 0 else -1)
+        radius = abs(self.radius)
+        centre = contact + 1j * turn * radius * tangent
+        if self.kind == "CT":
+            sweep = turn * self.angle
+            end = centre + (contact - centre) * cmath.exp((-1j if is_start else 1j) * sweep)
+        else:
+            ray = place - centre
+            if abs(ray) < radius:
+                raise OffsetFault(f"the tool stands inside the circle of {1e3 * radius:g} mm by which it comes or goes")
+            half = math.acos(radius / abs(ray))
+            end = centre + radius * ray / abs(ray) * cmath.exp((1j if is_start else -1j) * turn * half)
+            swept = cmath.phase((contact - centre) / (end - centre)) * (1 if is_start else -1)
+            sweep = turn * ((turn * swept) % (2 * math.pi))
+        if is_start:
+            return [ContourElement(place, end), ContourElement(end, contact, centre, sweep)]
+        arc = ContourElement(contact, end, centre, sweep)
+        return [arc, ContourElement(end, place)] if self.kind == "LCT" else [arc]
 
 
 @dataclass

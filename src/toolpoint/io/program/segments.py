@@ -16,6 +16,7 @@ from toolpoint.io.faults import Fault, FileFaults
 from toolpoint.io.program.centre_control import DIRECTION_WIDTH
 from toolpoint.io.program.compensated_rows import compensate_rows
 from toolpoint.io.program.radius_compensation import Compensation, ContourEnd, CutterRadii
+from toolpoint.io.program.rounded_corners import Corner, round_corners
 
 MOST_SEGMENTS = 2_000_000
 
@@ -107,9 +108,13 @@ class Remarks:
     faults: dict[str, list[tuple[int, int]]] = field(default_factory=dict)
     without_motion_words: dict[str, set[int]] = field(default_factory=dict)
     notes: dict[str, set[int]] = field(default_factory=dict)
+    place: str = ""  # in a file beside the program, in words
+    count: int = 0  # of faults, equal ones too
 
     def fault(self, number: int, column: int, message: str) -> None:
         """Keep a fault."""
+        self.count += 1
+        message, column = message + self.place, 1 if self.place else column
         places = self.faults.setdefault(message, [])
         if (number, column) not in places:
             places.append((number, column))
@@ -163,6 +168,7 @@ class Segments:
     unseen: set[int] = field(default_factory=set)  # rows whose tip's way is not known
     compensation: Compensation | None = None  # of the rows that follow
     compensations: dict[int, Compensation] = field(default_factory=dict)  # of rows
+    corners: dict[int, Corner] = field(default_factory=dict)  # behind rows, that are rounded or broken
     contour_ends: dict[int, ContourEnd] = field(default_factory=dict)  # of rows that lead to a contour or away from it
     cutter_radii: CutterRadii | None = None  # as given from outside
     defined_radii: dict[int, float] = field(default_factory=dict)  # m, of tools that the program itself defines
@@ -222,6 +228,7 @@ class Segments:
 
     def program(self, name: str, text: str, *, words: Sequence[tuple[int, str, float]], remarks: Remarks) -> Program:
         """Return the arrays; raise FileFaults for faults, or where nothing moves."""
+        round_corners(self, remarks)
         compensate_rows(self, remarks)
         if remarks.faults:
             raise FileFaults(name, text, remarks.fault_list())

@@ -45,6 +45,7 @@ class Statement:
     column: int = 0
     branch: int = -1
     start: int = -1
+    file: str = ""  # of a subprogram that stands beside the program
 
 
 @dataclass
@@ -55,6 +56,20 @@ class ProgramLines:
     places: dict[str, list[int]] = field(default_factory=dict)
     programs: dict[str, int] = field(default_factory=dict)
     faults: list[tuple[int, str]] = field(default_factory=list)
+
+    def append_file(self, name: str, file: str, text: str) -> None:
+        """Append the statements of a file as the subprogram of a name; it returns where it ends."""
+        other, base = list_statements(text), len(self.statements) + 1
+        self.statements.append(Statement(0, "end", file=file))
+        for s in other.statements:
+            s.file = file
+            s.branch, s.start = (place + base if place >= 0 else place for place in (s.branch, s.start))
+        self.statements += [*other.statements, Statement(0, "return", file=file)]
+        for label, places in other.places.items():
+            self.places.setdefault(label, []).extend(place + base for place in places)
+        self.programs = {key: place + base for key, place in other.programs.items()} | self.programs
+        self.programs.setdefault(name, base - 1)
+        self.faults += [(0, f"{message}, in line {number} of {file}") for number, message in other.faults]
 
 
 def list_statements(text: str) -> ProgramLines:

@@ -14,7 +14,7 @@ _EXPRESSION_START = re.compile(r"(?:[=+*/,(\[<>-]|\b(?:AC|IC|DC|IF|WHILE|AND|OR|
 _ASSIGN = re.compile(r"\s*(#\s*(?:\d+|<[^>]*>|\[|#)|R(?:\d+|\[[^\]]*\])(?=\s*=)|(?!CR\b)[A-Z_]{2,}[A-Z_0-9]*(?=\s*=(?!=)))")
 _EXTENDED_ADDRESS = re.compile(r"\s*([SMTHDF])(\d+)\s*=")
 _VECTOR = re.compile(r"\s*([ABC])([2-7])\s*=\s*(AC|IC)?")
-_LETTER = re.compile(r"\s*(CR|[A-Z])\s*(=?)\s*(AC|IC|DC|ACP|ACN)?(?=\s*[\[(#+\-.\dRQA-Z$]|$)")
+_LETTER = re.compile(r"\s*(CR|[A-Z@^])\s*(=?)\s*(AC|IC|DC|ACP|ACN)?(?=\s*[\[(#+\-.\dRQA-Z$]|$)")
 _STRING = re.compile(r'"[^"]*"')
 
 
@@ -123,8 +123,6 @@ def _word(reader: Reader, column: int) -> Word:
     match = _LETTER.match(reader.text, reader.position)
     if match is None:
         piece = reader.text[reader.position:].split()[0]
-        if piece[0] in "@^":
-            raise WordFault(column, f"{piece!r}: polar coordinates are not computed; post the program with X and Y")
         raise WordFault(column, f"{piece!r} is not a word of the subset")
     reader.position = match.end()
     mode = match[3] or ""

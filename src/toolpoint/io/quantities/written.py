@@ -204,6 +204,14 @@ def read_plane(text: str) -> tuple[Vector, Vector]:
     return read_direction(first), read_direction(second)
 
 
+def read_two_points(text: str) -> tuple[str, str]:
+    """Return the two points of a text like ``tool,table``."""
+    names = [name.strip() for name in text.split(",")]
+    if len(names) != 2 or not all(names) or names[0] == names[1]:
+        raise ValueError("must be two points")
+    return names[0], names[1]
+
+
 def read_block(text: str) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """Return two corners of a block from ``X1,Y1,X2,Y2``, m."""
     corners = read_lengths(text, 4)

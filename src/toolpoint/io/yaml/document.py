@@ -27,6 +27,8 @@ MOST_PARTS = 50_000  # keys, values and list entries, each counted as often as a
 MAX_NESTING_DEPTH = 100  # brackets in brackets
 _TOO_DEEP = "lists or mappings nested too deeply to be read; a machine file needs five levels"
 MERGE = "<<"
+# Names of files that hold numbers in other formats: their contents are never YAML, whatever their first lines look like.
+MEASURED_SUFFIXES = frozenset({".h5", ".hdf5", ".uff", ".unv", ".mat", ".npz", ".npy", ".wav", ".tdms", ".lvm", ".csv", ".mp4"})
 LARGEST_INTEGER = 10**15  # no count or quantity of a machine is larger, and floats hold whole numbers up to here exactly
 
 
@@ -69,6 +71,10 @@ def parse(path: Path) -> Document:
         raw = path.read_bytes()
     except OSError as error:
         raise ToolpointError(f"{path}: cannot be read ({error.strerror}); check the name and the folder") from None
+    if path.suffix.lower() in MEASURED_SUFFIXES:
+        raise ToolpointError(f"{path}: {path.suffix} files hold measurements, responses or modes; expected here is YAML, "
+                             "which begins with 'toolpoint: 1' (responses are given with --frf, modes with --modes; `toolpoint "
+                             "identify` reads responses, `toolpoint frf` records)")
     try:
         text = raw.decode("utf-8-sig")
     except UnicodeDecodeError as error:

@@ -12,6 +12,11 @@ subspace (likelihood ratio), and whose place is no infinity; the one with the fe
 with the least misfit. Other kinds are named where their Bayesian information criterion :math:`\chi^2 + n \ln 6 k` (Schwarz,
 Annals of Statistics 6 (1978) 461) is no worse by 10 (very strong evidence: Kass, Raftery, J. Am. Stat. Assoc. 90 (1995) 773).
 
+A freedom moves in more than one mode. Where the mode of the largest misfit alone asks for one more, and noise five times as
+large as stated explains it, the simpler joint is taken; the other one is its rival, which the fit of the whole machine may
+prefer. The best simple kind is the rival of a general joint. A general joint at infinity is never taken where a simple kind has
+a place.
+
 The decision allows every component a motion of its own below a floor. The position and its interval do so only as far as
 the misfit asks for it: none where noise alone explains the twists, else the share at which chi-squared is what it should be
 (Paule, Mandel, J. Res. NBS 87 (1982) 377).
@@ -19,6 +24,7 @@ the misfit asks for it: none where noise alone explains the twists, else the sha
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -36,6 +42,7 @@ _FLOOR_BISECTIONS = 12
 DECISIVE_INFORMATION = 10.0  # difference of the information criterion: very strong evidence
 _NEAR_DISTANCE, _INFINITE_DISTANCE = 5.0, 50.0  # lengths of the components: never, and always taken for a joint at infinity
 _SLOPE_STEP = 1e-6  # of the parameters
+_MAX_MODE_MISFIT, _MIN_MODES_OF_FREEDOM = 25.0, 5  # of one mode over its degrees of freedom, that its noise may explain; modes
 # Steps of a fit; where its misfit over its degrees of freedom is hopeless, bursts of a few steps must each go on lowering it.
 _BURST_STEPS, _BURST_COUNT, _FINAL_STEPS = 5, 6, 100
 _HOPELESS_MISFIT, _MAX_BURST_RATIO = 100.0, 0.1  # misfit over its degrees of freedom; cost after a burst over that before
@@ -64,7 +71,11 @@ class Criterion:
 
 @dataclass(frozen=True, eq=False)
 class JointFit(NotebookText):
-    """One kind fitted: its chart, parameters with covariance, gain (parameters, columns, 6) on local twists, misfit."""
+    """One kind fitted: its chart, parameters with covariance, gain (parameters, columns, 6) on local twists, misfit.
+
+    probability : of so large a misfit by noise; probability_without : the same without the mode of the largest misfit, where
+    its own noise may explain that, else equal; misfit_mode : that mode; mode_misfit : its misfit over its degrees of freedom.
+    """
 
     chart: FreedomChart
     theta: FloatArray
@@ -73,6 +84,13 @@ class JointFit(NotebookText):
     chi2: float
     freedom: int
     probability: float
+    probability_without: float = 0.0
+    misfit_mode: int = 0
+    mode_misfit: float = 0.0
+
+    def passes(self, significance: float) -> bool:
+        """Whether noise explains the misfit, be it that of a single mode larger than stated."""
+        return max(self.probability, self.probability_without) >= significance
 
     @property
     def kind(self) -> str:
@@ -114,15 +132,42 @@ def candidates(stack: Stack, criterion: Criterion) -> list[JointFit]:
     """Return the kinds with the fewest freedoms that the data do not refuse, the simplest first."""
     for f in range(6):
         unrestricted = fit_kind(stack, general(_span(stack, f)))
-        if unrestricted.probability >= criterion.significance:
+        if unrestricted.passes(criterion.significance):
             return _kinds_of(stack, unrestricted, criterion)
     return [fit_kind(stack, chart) for chart in charts(np.eye(6))]
+
+
+def rival_of(stack: Stack, fits: Sequence[JointFit], criterion: Criterion) -> JointFit | None:
+    """Return the other joint that the fit of the whole machine may prefer; None where the motions leave no choice.
+
+    It has the freedom that a single mode speaks for, or is the best simple kind in place of a general joint.
+    """
+    f = fits[0].chart.freedoms
+    if fits[0].kind == "general":
+        return _best_simple_kind(stack, fits[0])
+    if fits[0].probability >= criterion.significance:
+        return None
+    for count in range(f + 1, 6):
+        unrestricted = fit_kind(stack, general(_span(stack, count)))
+        if unrestricted.probability >= criterion.significance:
+            return _kinds_of(stack, unrestricted, criterion)[0]
+    return fit_kind(stack, charts(np.eye(6))[0])
+
+
+def _best_simple_kind(stack: Stack, unrestricted: JointFit) -> JointFit | None:
+    """Return the kind of as many freedoms as a general joint with the best evidence, of those that have a place."""
+    fits = [fit_kind(stack, chart) for chart in charts(np.linalg.qr(unrestricted.chart.basis(unrestricted.theta))[0])]
+    placed = [fit for fit in fits if not _at_infinity(fit)]
+    return min(placed, key=lambda fit: _information(fit, stack), default=None)
 
 
 def _kinds_of(stack: Stack, unrestricted: JointFit, criterion: Criterion) -> list[JointFit]:
     """Return the kinds of as many freedoms as a general joint that passes, the best first; itself where none is left."""
     fits = [fit_kind(stack, chart) for chart in charts(np.linalg.qr(unrestricted.chart.basis(unrestricted.theta))[0])]
     passing = [fit for fit in [*fits, unrestricted] if fit is unrestricted or _is_open(fit, unrestricted, criterion)]
+    if passing == [unrestricted] and _at_infinity(unrestricted):
+        placed = [fit for fit in fits if not _at_infinity(fit)]
+        passing = [min(placed, key=lambda fit: _information(fit, stack))] if placed else passing
     passing.sort(key=lambda fit: (fit.chart.parameters, fit is unrestricted, fit.chi2))
     lowest = _information(passing[0], stack)
     # A kind that contains another as its special case, with more parameters, is no alternative to it.
@@ -134,7 +179,7 @@ def _is_open(fit: JointFit, unrestricted: JointFit, criterion: Criterion) -> boo
     """Whether a kind is not refused: by its misfit, against the unrestricted subspace, or by lying at infinity."""
     parameter_gain = unrestricted.chart.parameters - fit.chart.parameters
     misfit_gain = max(fit.chi2 - unrestricted.chi2, 0.0) / max(unrestricted.chi2 / max(unrestricted.freedom, 1), 1.0)
-    return (fit.probability >= criterion.significance and not _at_infinity(fit)
+    return (fit.passes(criterion.significance) and not _at_infinity(fit)
             and (parameter_gain <= 0 or float(stats.chi2.sf(misfit_gain, parameter_gain)) >= criterion.significance))
 
 
@@ -181,7 +226,7 @@ def _at_infinity(fit: JointFit) -> bool:
 def freedoms(stack: Stack, criterion: Criterion) -> int:
     """Return the fewest freedoms whose general joint passes."""
     for f in range(6):
-        if fit_kind(stack, general(_span(stack, f))).probability >= criterion.significance:
+        if fit_kind(stack, general(_span(stack, f))).passes(criterion.significance):
             return f
     return 6
 
@@ -224,11 +269,18 @@ def fit_kind(stack: Stack, chart: FreedomChart, start: FloatArray | None = None)
         covariance = np.linalg.pinv(jacobian.T @ jacobian, rcond=1e-14, hermitian=True)
         # d theta = -(J^T J)^-1 J^T (projected, whitened) d t to first order.
         gain = -(covariance @ jacobian.T @ stack.root).reshape(n, count, 6)
-    chi2 = float((residual(theta) ** 2).sum())
-    chance = 1.0
-    if freedom > 0:
-        chance = float(stats.f.sf(chi2 / freedom, freedom, max(stack.freedom, 1)))
-    return JointFit(chart, theta, covariance, gain, chi2, freedom, chance)
+    by_mode = (residual(theta) ** 2).reshape(count, 6).sum(axis=1)
+    chi2, misfit_mode, free = float(by_mode.sum()), int(by_mode.argmax()), 6 - chart.freedoms
+    chance = _chance(chi2, freedom, stack)
+    mode_misfit = float(by_mode[misfit_mode]) / max(free, 1)
+    can_leave_out = count >= _MIN_MODES_OF_FREEDOM and freedom > free > 0 and mode_misfit <= _MAX_MODE_MISFIT
+    without = _chance(chi2 - float(by_mode[misfit_mode]), freedom - free, stack) if can_leave_out else chance
+    return JointFit(chart, theta, covariance, gain, chi2, freedom, chance, without, misfit_mode, mode_misfit)
+
+
+def _chance(chi2: float, freedom: int, stack: Stack) -> float:
+    """Return the probability of so large a misfit by noise, as well as that is known."""
+    return float(stats.f.sf(chi2 / freedom, freedom, max(stack.freedom, 1))) if freedom > 0 else 1.0
 
 
 def _columns(stack: Stack, basis: FloatArray) -> FloatArray:

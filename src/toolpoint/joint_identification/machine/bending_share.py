@@ -6,14 +6,17 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy import stats
 
-from toolpoint._check import FloatArray
+from toolpoint._check import BoolArray, FloatArray
 from toolpoint.joint_identification.joints.joint_fit import Criterion
 from toolpoint.joint_identification.motion.measured import Component
 from toolpoint.joint_identification.motion.relative_motion import RelativeMotion
 from toolpoint.joint_identification.motion.rigid_motion import RigidMotion
 
 MIN_UNEVENNESS = 3.0  # residual of a mode over the least of all modes, from which it is no noise where that is not known
+MAX_COMMON_EXCESS = 4.0  # mean square over stated noise of a mode's residual at all components, that is noise of the mode
+MIN_COMMON_PVALUE = 1e-3  # of an F-test, from which a component's residual is that of the others
 MIN_EXCESS = 2.0  # mean square of a residual over its known noise, from which it is no noise
 
 
@@ -44,7 +47,7 @@ def bending_share(parts: Mapping[str, Component], motions: Mapping[str, RigidMot
         The modes of the fit.
     """
     count = frequency.size
-    bent = {name: _bent(motion, parts[name], count, criterion) for name, motion in motions.items()}
+    bent = {name: _bent(motions, name, parts[name], count=count, criterion=criterion) for name in motions}
     if not any(values.any() for values in bent.values()):
         return None
     joints, largest, deflection = dict[str, float](), np.zeros(count), np.zeros(count)
@@ -60,18 +63,31 @@ def bending_share(parts: Mapping[str, Component], motions: Mapping[str, RigidMot
     return BendingShare(joints, np.asarray(lowered))
 
 
-def _bent(motion: RigidMotion, part: Component, count: int, criterion: Criterion) -> FloatArray:
+def _bent(motions: Mapping[str, RigidMotion], name: str, part: Component, *, count: int, criterion: Criterion) -> FloatArray:
     """Return the rms displacement (k,) by which a component bends in every mode, 0 where it is no more than noise."""
+    motion = motions[name]
     floor = max(criterion.floor, 1e-3)
     bends = motion.bends(criterion.significance / max(motion.residual.size, 1), floor)
     if part.variance is not None:
-        uneven = motion.excess > MIN_EXCESS
+        uneven = (motion.excess > MIN_EXCESS) & ~_is_common(motions, name)
     else:
         uneven = motion.residual > MIN_UNEVENNESS * motion.residual.min()
     share = np.where(bends, motion.bending, 0.0)
     # A residual of the rigid motion beyond noise is bending of another shape than a beam's.
     share = np.where(uneven & (motion.residual > floor), np.maximum(share, motion.residual), share)
     return _by_mode(part.values * share, count)
+
+
+def _is_common(motions: Mapping[str, RigidMotion], name: str) -> BoolArray:
+    """Whether the residual of each column is one that the other components show alike: noise of that mode, stated too small."""
+    others = [motion for other, motion in motions.items() if other != name]
+    freedom = sum(motion.freedom for motion in others)
+    if not freedom:
+        return np.zeros(motions[name].excess.size, bool)
+    pooled = np.sum([motion.freedom * motion.excess for motion in others], axis=0) / freedom
+    noise = np.maximum(pooled, 1.0)
+    chance = stats.f.sf(motions[name].excess / noise, motions[name].freedom, freedom)
+    return np.asarray((noise < MAX_COMMON_EXCESS) & (chance >= MIN_COMMON_PVALUE))
 
 
 def _by_mode(values: FloatArray, count: int) -> FloatArray:

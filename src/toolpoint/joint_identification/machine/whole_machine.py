@@ -134,8 +134,10 @@ def _modal_data(modes: Modes, parts: Mapping[str, Component], motions: Mapping[s
     covariance = None if modes.covariance is None else modes.covariance[indices]
     grams = np.stack([parts[name].rows.T @ parts[name].rows for name in names])
     frequency, ratio = modes.frequency[indices], modes.damping_ratio[indices]
+    errors = np.stack([motions[name].gain_errors for name in names]).transpose(3, 0, 2, 1)
+    gain_errors = errors[..., indices] + (1j * errors[..., [count + i for i in indices]] if is_complex else 0.0)
     return ModalData(shapes, covariance_roots(covariances, grams, shapes), grams, frequency, ratio,
-                     pole_spread(frequency, ratio, covariance))
+                     pole_spread(frequency, ratio, covariance), gain_errors=gain_errors if gain_errors.size else None)
 
 
 def _pair_with_machine(model: MachineNumbers, data: ModalData) -> tuple[list[int], list[int]]:

@@ -43,6 +43,8 @@ class ModalData:
         Correction of shape r by the shapes s for each rad/s of error of pole s (`mode_mixing`), None where unknown.
     mixing_deviation : (k, k), optional
         Standard deviation of the share of shape s in shape r that the correction leaves open, zero for modes apart.
+    gain_errors : (n, c, 6, k), optional
+        Change of the motions by one standard deviation of each independent combination of the sensor's gains.
     """
 
     motions: Array
@@ -55,15 +57,16 @@ class ModalData:
     calibration: float | None = None
     mixing: ComplexArray | None = None
     mixing_deviation: FloatArray | None = None
+    gain_errors: Array | None = None
 
     @cached_property
     def shares(self) -> FloatArray:
-        """Whitened motions by one standard deviation of each undetermined share, (sum of 6 m, n): n = 2 for each pair of modes.
+        """Whitened motions by one standard deviation of what is linear and not determined, (sum of 6 m, n).
 
-        A share is complex: its real and its imaginary part have a column each.
+        Two columns for each pair of modes that mix, as a share is complex, and one for each combination of the sensor's gains.
         """
         deviation = np.zeros((0, 0)) if self.mixing_deviation is None else self.mixing_deviation
-        columns = []
+        columns = [] if self.gain_errors is None else [self.whitened(part) for part in self.gain_errors]
         for r, s in np.argwhere(deviation > 0).tolist():
             for turn in (1.0, 1j):
                 part = np.zeros_like(self.motions)

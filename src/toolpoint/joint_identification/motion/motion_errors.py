@@ -22,6 +22,7 @@ from toolpoint._check import FloatArray
 from toolpoint.joint_identification.motion.measured import Component, about
 from toolpoint.joint_identification.motion.point_places import PlacedComponent
 from toolpoint.joint_identification.motion.rigid_motion import RigidMotion
+from toolpoint.joint_identification.motion.sensor_gains import SensorGains
 
 _MIN_FREEDOM_PER_COLUMN = 10  # degrees of freedom of the residuals, below which columns count as independent
 _CORRELATION_DEVIATIONS = 2.0  # standard errors below which a correlation counts as zero
@@ -88,13 +89,19 @@ def column_correlation(parts: Mapping[str, Component], motions: Mapping[str, Rig
     return np.asarray((1 - share) * result + share * np.eye(columns))
 
 
-def with_errors(part: Component, motion: RigidMotion, correlation: FloatArray) -> RigidMotion:
+def with_errors(part: Component, motion: RigidMotion, correlation: FloatArray, *, gains: SensorGains | None = None
+                ) -> RigidMotion:
     """Return the motion with the covariance of all its columns: `whole`, and `covariance` as its diagonal blocks."""
-    noise = _maps(part) * np.sqrt(motion.variance).T[:, None, :]
+    maps = _maps(part)
+    noise = maps * np.sqrt(motion.variance).T[:, None, :]
+    if gains is not None:
+        # Without offsets of points a mode's twist follows from its own displacements alone.
+        motion = replace(motion, gain_errors=np.einsum("rin,npr->rip", maps, gains.errors_of(part)))
     return _set_covariance(motion, np.einsum("rs,rin,sjn->risj", correlation, noise, noise))
 
 
-def with_placed_errors(placed: PlacedComponent, motion: RigidMotion, correlation: FloatArray) -> RigidMotion:
+def with_placed_errors(placed: PlacedComponent, motion: RigidMotion, correlation: FloatArray, *,
+                       gains: SensorGains | None = None) -> RigidMotion:
     """Return the motion of a placed component with the covariance of all its columns, from noise and from coordinates.
 
     `motion` is that of the placed component with its variance as all components together tell it.
@@ -102,6 +109,9 @@ def with_placed_errors(placed: PlacedComponent, motion: RigidMotion, correlation
     noise = placed.noise_maps * np.sqrt(motion.variance)
     covariance = np.einsum("riat,tu,sjau->risj", noise, correlation, noise, optimize=True)
     place = placed.deviation * placed.place_maps
+    if gains is not None:
+        errors = np.einsum("riat,apt->rip", placed.noise_maps, gains.errors_of(placed.part), optimize=True)
+        motion = replace(motion, gain_errors=errors)
     return _set_covariance(motion, covariance + np.einsum("rip,sjp->risj", place, place))
 
 

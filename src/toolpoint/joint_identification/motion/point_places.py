@@ -26,6 +26,7 @@ _MAX_GAUSS_NEWTON_STEPS, _MAX_VARIANCE_ROUNDS = 20, 6
 _OFFSET_TOLERANCE = 1e-4  # of the stated deviation: a step below it is the last
 _VARIANCE_TOLERANCE = 0.02  # change of the logarithm of the noise between rounds
 _FIRST_VARIANCE_FRACTION = 1e-3  # of the residual's variance, at the start where none is stated
+_MIN_DEVIATION = 1e-9  # m, in place of none: points at their stated coordinates
 _MIN_OFFSET_PVALUE = 1e-3  # below, offsets are larger than the stated deviation
 
 
@@ -61,6 +62,45 @@ class _Normal:
     offset_covariance: FloatArray
     coupling: FloatArray
     information: FloatArray
+
+    def displacements(self, owner: FloatArray, twist: FloatArray, offset: FloatArray) -> FloatArray:
+        """Return the displacements (n_rows, m) by twists (m, 6) about the centre and offsets (n_points, 3)."""
+        return np.asarray(self.local @ twist.T + np.einsum("isx,ix->is", self.offset_slopes, offset[owner]))
+
+
+@dataclass(frozen=True, eq=False)
+class MotionWeights:
+    """Weights of displacements beside all twists and offsets of a component.
+
+    normal : the normal equations; rigid : (n_rows, m), displacements by the twists at the stated coordinates; excess : mean
+    square of what twists and offsets leave, over its noise.
+    """
+
+    normal: _Normal
+    owner: FloatArray
+    rigid: FloatArray
+    excess: float
+
+    def weigh(self, values: FloatArray) -> FloatArray:
+        """Return Q times displacements (n_rows, m): what twists and offsets leave of them, over the variance."""
+        twist, offset = _solve(self.normal, self.owner, self.normal.weight * values)
+        return np.asarray(self.normal.weight * (values - self.normal.displacements(self.owner, twist, offset)))
+
+
+def weigh_motions(part: Component, deviation: float, noise: float) -> MotionWeights:
+    """Return the weights of a component's displacements, offsets linear about the stated coordinates.
+
+    deviation : standard deviation of each coordinate, m; noise : factor of the variance (of the first guess of it where none is
+    stated).
+    """
+    first = _FIRST_VARIANCE_FRACTION * rigid_motion(part).variance if part.variance is None else part.variance
+    variance = noise * first
+    twist = SmallMotion().twists(replace(part, variance=variance))
+    normal = _normal(part, twist, variance, deviation=deviation)
+    rigid, offset = _solve(normal, part.owner, normal.weight * part.values)
+    left = float((normal.weight * (part.values - normal.displacements(part.owner, rigid, offset)) * part.values).sum())
+    freedom = part.values.size - 6 * part.values.shape[1] - _count_determined_offsets(normal, deviation)
+    return MotionWeights(normal, part.owner, normal.local @ rigid.T, left / max(freedom, 1.0))
 
 
 def place_points(part: Component, deviation: float) -> PlacedComponent:
@@ -143,7 +183,7 @@ def _normal(part: Component, twist: FloatArray, variance: FloatArray, *, deviati
     for p in range(n_points):
         rows = part.owner == p
         offset_covariance[p] = np.linalg.inv(np.einsum("ir,irx,iry->xy", weight[rows], offset_slopes[rows],
-                                                       offset_slopes[rows]) + np.eye(3) / deviation**2)
+                                                       offset_slopes[rows]) + np.eye(3) / max(deviation, _MIN_DEVIATION) ** 2)
         cross[:, :, p] = np.einsum("ir,ij,irx->rjx", weight[rows], local[rows], offset_slopes[rows])
     coupling = np.einsum("rjpx,pxy->rjpy", cross, offset_covariance).reshape(6 * count, n_points, 3)
     information = -coupling.reshape(6 * count, -1) @ cross.reshape(6 * count, -1).T
@@ -154,13 +194,18 @@ def _normal(part: Component, twist: FloatArray, variance: FloatArray, *, deviati
 
 def _step(normal: _Normal, part: Component, twist: FloatArray, *, pull: FloatArray) -> FloatArray:
     """Return the change (n, 3) of the offsets; `pull` is what draws them back to the stated coordinates."""
-    force = normal.weight * (part.values - part.rows @ twist)
-    pull = pull.copy()
-    np.add.at(pull, part.owner.astype(int), np.einsum("ir,irx->ix", force, normal.offset_slopes))
+    return _solve(normal, part.owner, normal.weight * (part.values - part.rows @ twist), pull=pull)[1]
+
+
+def _solve(normal: _Normal, owner: FloatArray, force: FloatArray, *, pull: FloatArray | float = 0.0
+           ) -> tuple[FloatArray, FloatArray]:
+    """Return the twists (m, 6) about the centre and the offsets (n_points, 3) by weighted displacements (n_rows, m)."""
+    pulled = np.zeros((len(normal.offset_covariance), 3)) + pull
+    np.add.at(pulled, owner.astype(int), np.einsum("ir,irx->ix", force, normal.offset_slopes))
     flat = normal.coupling.reshape(len(normal.information), -1)
-    twist_change = np.linalg.solve(normal.information,
-                                   np.einsum("ir,ij->rj", force, normal.local).ravel() - flat @ pull.ravel())
-    return np.asarray(np.einsum("pxy,py->px", normal.offset_covariance, pull) - (flat.T @ twist_change).reshape(pull.shape))
+    twist = np.linalg.solve(normal.information, np.einsum("ir,ij->rj", force, normal.local).ravel() - flat @ pulled.ravel())
+    offset = np.einsum("pxy,py->px", normal.offset_covariance, pulled) - (flat.T @ twist).reshape(pulled.shape)
+    return twist.reshape(-1, 6), np.asarray(offset)
 
 
 def _count_determined_offsets(normal: _Normal, deviation: float) -> float:
@@ -168,7 +213,7 @@ def _count_determined_offsets(normal: _Normal, deviation: float) -> float:
     flat = normal.coupling.reshape(len(normal.information), -1)
     through = float((flat * np.linalg.solve(normal.information, flat)).sum())
     return 3 * len(normal.offset_covariance) - (float(np.trace(normal.offset_covariance, axis1=1, axis2=2).sum())
-                                                + through) / deviation**2
+                                                + through) / max(deviation, _MIN_DEVIATION) ** 2
 
 
 def _maps(normal: _Normal, part: Component, deviation: float) -> tuple[FloatArray, FloatArray]:

@@ -97,13 +97,20 @@ def relative(parent: RigidMotion | None, child: RigidMotion, parent_name: str, *
              ) -> RelativeMotion:
     """Return the motion of `child` relative to `parent` (None: ground, at rest).
 
-    `scale` is (motion, centre, size) of the pair. The errors of two components are taken as independent.
+    `scale` is (motion, centre, size) of the pair. The errors of two components are taken as independent, but for those of the
+    sensor's gains, which are common to both.
     """
-    motion, centre, size = scale
     if parent is None:
-        return RelativeMotion(parent_name, child.component, child.twist, child.covariance, motion, centre, size,
-                              child.freedom * child.twist.shape[1], child.full_covariance)
-    twist, covariance = child.twist - parent.twist, child.covariance + parent.covariance
-    freedom = (child.freedom + parent.freedom) * child.twist.shape[1]
-    return RelativeMotion(parent_name, child.component, twist, covariance, motion, centre, size, freedom,
-                          child.full_covariance + parent.full_covariance)
+        return _with_gain_errors(parent_name, child.component, child.twist, child.full_covariance + 0.0, child.gain_errors,
+                                 scale=scale, freedom=child.freedom * child.twist.shape[1])
+    return _with_gain_errors(parent_name, child.component, child.twist - parent.twist, child.full_covariance
+                             + parent.full_covariance, child.gain_errors - parent.gain_errors, scale=scale,
+                             freedom=(child.freedom + parent.freedom) * child.twist.shape[1])
+
+
+def _with_gain_errors(parent: str, child: str, twist: FloatArray, full: FloatArray, gains: FloatArray, *,
+                      scale: tuple[FloatArray, FloatArray, float], freedom: int) -> RelativeMotion:
+    motion, centre, size = scale
+    full += np.einsum("rin,sjn->risj", gains, gains)
+    columns = np.arange(len(full))
+    return RelativeMotion(parent, child, twist, full[columns, :, columns], motion, centre, size, freedom, full)

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import stats
 
-from toolpoint._check import BoolArray, FloatArray
+from toolpoint._check import LEFT_OUT, BoolArray, FloatArray
 from toolpoint._notebook import NotebookText
 from toolpoint.joint_identification.motion.measured import Component, about
 
@@ -43,6 +43,9 @@ class RigidMotion(NotebookText):
         Of the measured displacements by noise, as they are judged: known or taken from the residual, times the excess.
     full_covariance : (n_columns, 6, n_columns, 6) floats
         Covariance of all twists together, see `motion_errors`; its diagonal blocks are `covariance`.
+    gain_errors : (n_columns, 6, n) floats
+        Change of all twists by one standard deviation of each independent combination of the gains of the sensor's directions
+        (`sensor_gains`), common to all components and not in the covariances.
 
     >>> from toolpoint.joint_identification.motion.measured import component
     >>> from toolpoint.vibration import Modes
@@ -64,6 +67,7 @@ class RigidMotion(NotebookText):
     freedom: int
     variance: FloatArray
     full_covariance: FloatArray
+    gain_errors: FloatArray = LEFT_OUT
 
     def bends(self, significance: float = 1e-4, floor: float = 1e-3) -> BoolArray:
         """Whether the component bends in each column: bending_p < significance and bending > floor."""
@@ -122,7 +126,7 @@ def rigid_motion(part: Component, twist: FloatArray | None = None, *, absorbed: 
     full, columns = np.zeros((len(factor), 6, len(factor), 6)), np.arange(len(factor))
     full[columns, :, columns] = covariance
     return RigidMotion(part.name, twist, covariance, residual, excess if is_known else np.ones_like(excess), share, chance,
-                       freedom, factor / weights**2, full)
+                       freedom, factor / weights**2, full, np.zeros((len(factor), 6, 0)))
 
 
 def _weights(part: Component) -> FloatArray:

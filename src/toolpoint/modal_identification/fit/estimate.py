@@ -7,7 +7,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from toolpoint._check import ComplexArray, FloatArray, fail
-from toolpoint.modal_identification.basis import factor, laplace, pole_terms, real_rows
+from toolpoint.modal_identification.basis import (
+    MIN_RESPONSE_POWER,
+    factor,
+    laplace,
+    pole_terms,
+    real_rows,
+    scale_powers,
+)
 from toolpoint.modal_identification.fit.averaged_lines import average_lines
 from toolpoint.modal_identification.fit.clusters import widening
 from toolpoint.modal_identification.fit.completion import Candidate, search
@@ -23,6 +30,8 @@ from toolpoint.vibration.frf import Frf
 from toolpoint.vibration.modes import Modes
 
 MIN_RELATIVE_NOISE = 1e-8  # of a response's rms: smaller noise is rounding
+UNMEASURED_WEIGHT = 1e-6  # of a response that is exactly zero, over that of the largest
+MIN_NOISY_POWER = 1e-2  # of a residual over its noise, over the largest: below, it is counted as none
 NOISE_WINDOW_COUNT = 16  # windows of the band over which the noise of the residual is smoothed
 MIN_NOISE_VARIATION = 3.0  # largest over smallest power of the noise along the band, from which lines are weighted
 MAX_SAMPLED_OUTPUTS = 48  # whose residual is computed
@@ -50,9 +59,9 @@ class Estimate:
 
 
 def starting_weight(frf: Frf) -> FloatArray:
-    """Return one over the rms of each response; a response that is zero gets next to no weight."""
-    rms = np.sqrt((np.abs(frf.values) ** 2).mean(axis=0))
-    return np.where(rms > 1e-12 * rms.max(), 1 / np.where(rms > 0, rms, 1.0), 1e-6 / rms.max())
+    """Return one over the rms of each response; one that is exactly zero was not measured and gets next to no weight."""
+    power = (np.abs(frf.values) ** 2).mean(axis=0)
+    return np.where(power > 0, 1 / np.sqrt(scale_powers(power)), UNMEASURED_WEIGHT / np.sqrt(power.max()))
 
 
 def estimate(frf: Frf, poles: ComplexArray, participation: ComplexArray, *, refine: bool = True, fixed: bool = False
@@ -178,10 +187,12 @@ def _residual_weight(data: Data, fit: PoleFit) -> FloatArray:
     """Return one over the standard deviation of the real and imaginary part of the residual of each response."""
     inputs, count = fit.participation.shape
     freedom = max(data.values.shape[0] - data.outside.shape[1] - 2 * count / inputs, 1.0)
-    rms2 = np.einsum("foi,foi->oi", data.values, data.values) / data.values.shape[0]
-    variance = np.maximum(fit.squares / freedom, MIN_RELATIVE_NOISE**2 * rms2)
-    is_alive = rms2 > 1e-24 * rms2.max()
-    return np.where(is_alive, 1 / np.sqrt(np.where(is_alive, variance, 1.0)), 1e-6 / np.sqrt(rms2.max()))
+    power = np.einsum("foi,foi->oi", data.values, data.values) / data.values.shape[0]
+    variance = np.maximum(fit.squares / freedom, MIN_RELATIVE_NOISE**2 * scale_powers(power))
+    is_live = power > MIN_RESPONSE_POWER * power.max()
+    # The noise of what holds rounding alone is not known: that of the quietest other response stands for it.
+    variance = np.where(is_live, variance, variance[is_live].min())
+    return np.where(power > 0, 1 / np.sqrt(variance), UNMEASURED_WEIGHT / np.sqrt(power.max()))
 
 
 def _stated_line_weight(frf: Frf) -> FloatArray | None:
@@ -204,8 +215,8 @@ def _stated_weight(frf: Frf, line_weight: FloatArray) -> FloatArray | None:
     if frf.variance is None:
         return None
     level = (frf.variance * (line_weight**2)[:, None, None]).mean(axis=0) / 2
-    rms2 = (np.abs(frf.values) ** 2).mean(axis=0)
-    return 1 / np.sqrt(np.maximum(np.maximum(level, MIN_RELATIVE_NOISE**2 * rms2), np.finfo(float).tiny))
+    power = scale_powers((np.abs(frf.values) ** 2).mean(axis=0))
+    return 1 / np.sqrt(np.maximum(np.maximum(level, MIN_RELATIVE_NOISE**2 * power), np.finfo(float).tiny))
 
 
 def _residual_line_weight(data: Data, fit: PoleFit) -> FloatArray | None:
@@ -245,7 +256,9 @@ def correlation_factor(misfit: ComplexArray) -> float:
     """
     normalised = misfit.reshape(misfit.shape[0], -1)
     power = (np.abs(normalised) ** 2).sum(axis=0)
-    normalised = normalised[:, power > 0] / np.sqrt(power[power > 0])
+    # A response without noise of its own (planes that do not couple) shows the synthesis, which is smooth, and no residual.
+    is_noisy = power > MIN_NOISY_POWER * power.max(initial=0.0)
+    normalised = normalised[:, is_noisy] / np.sqrt(power[is_noisy])
     lines, responses = normalised.shape
     limit = 3 / np.sqrt(2 * max(lines * responses, 1))
     total = 1.0

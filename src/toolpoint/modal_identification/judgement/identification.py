@@ -11,7 +11,9 @@ import numpy as np
 from toolpoint._check import ComplexArray, FloatArray
 from toolpoint._doubt import Doubt, mark_notes
 from toolpoint._notebook import NotebookText
+from toolpoint.modal_identification.basis import scale_powers
 from toolpoint.modal_identification.judgement.complexity import mean_phase_deviation, phase_collinearity, real_modes
+from toolpoint.modal_identification.judgement.relative_motion import Significance
 from toolpoint.modal_identification.judgement.repeated_modes import RepeatedModes
 from toolpoint.modal_identification.judgement.resonances import Resonance
 from toolpoint.modal_identification.judgement.steadiness import Steadiness
@@ -79,6 +81,8 @@ class Identification(NotebookText):
         Changes that a person made in the identified modes.
     repeated : RepeatedModes, optional
         Modes that are seen once in every set-up of sensors: one mode under another mass.
+    tool_motion : Significance, optional
+        Which modes move the tool against the table, where the two points were named.
 
     >>> from toolpoint.modal_identification import identify
     >>> from toolpoint.vibration import frequency_response
@@ -104,6 +108,7 @@ class Identification(NotebookText):
     steadiness: Steadiness | None = None
     choice: PoleChoice | None = None
     repeated: RepeatedModes | None = None
+    tool_motion: Significance | None = None
 
     @cached_property
     def synthesis(self) -> Frf:
@@ -169,7 +174,7 @@ class Identification(NotebookText):
         for i in range(self.modes.count):
             lines[i + 1] += (f" {collinear[i]:7.4f} {deviation[i]:9.3f} {100 * self.mode_quality[i]:9.4f} "
                              f"{100 * self.share[i]:7.1f} {mark[i]}").rstrip()
-        return "\n".join([*mark_notes(self.doubts), *lines])
+        return "\n".join([*mark_notes(self.doubts), *lines, *([] if self.tool_motion is None else [self.tool_motion.table()])])
 
     def to_dict(self) -> dict[str, Any]:
         """Return the modes as plain lists: frequencies and intervals (95 %) in Hz; None where an interval is unknown."""
@@ -180,6 +185,8 @@ class Identification(NotebookText):
             for name, widths in (("frequency_interval_hz", modes.frequency_interval),
                                  ("damping_interval", modes.damping_interval)):
                 result[name] = [width if np.isfinite(width) else None for width in widths.tolist()]
+        if self.tool_motion is not None:
+            result["tool_motion"] = self.tool_motion.to_dict()
         return result | {"fit": self.mode_quality.tolist(), "share": self.share.tolist(), "doubtful": self.doubtful.tolist(),
                          "stands_out": [i in strongest for i in range(modes.count)], "status": self.status}
 
@@ -191,7 +198,7 @@ class Identification(NotebookText):
 def mode_quality(frf: Frf, model: ModalModel, modes: Modes) -> FloatArray:
     """Return the share of energy explained within the half-power width of each mode (three lines at least)."""
     result = np.empty(modes.count)
-    scale = np.maximum(np.sqrt((np.abs(frf.values) ** 2).mean(axis=0)), np.finfo(float).tiny)
+    scale = np.sqrt(scale_powers((np.abs(frf.values) ** 2).mean(axis=0)))
     for i in range(modes.count):
         distance = np.abs(frf.frequency - modes.frequency[i])
         third_distance = np.partition(distance, 2)[2]

@@ -14,7 +14,7 @@ import numpy as np
 
 from toolpoint._check import ComplexArray, FloatArray
 from toolpoint._doubt import Doubt
-from toolpoint.modal_identification.judgement.complexity import real_modes
+from toolpoint.modal_identification.judgement.complexity import phase_collinearity, real_modes
 from toolpoint.modal_identification.scaling import factor_rank_one, scale_shapes
 from toolpoint.vibration.driving_point import driving_points
 from toolpoint.vibration.frf import Frf
@@ -28,6 +28,8 @@ MIN_JUDGED_POINTS = 6
 MAX_SMALL_SHIFT = 0.3  # of a mode's half-power half-width: above, shifts are no longer to first order
 MAX_STATED_ERROR = 0.3  # of a stated mass, within which the frequencies agree with it
 MIN_LOUD_PEAK = 0.02  # of the highest peak of accelerance, that a mode must have to tell the mass
+# Peak over the highest, and phase collinearity, below which a mode beside a mass that was taken out is a rest of that mass.
+MAX_FAINT_PEAK, MIN_FAINT_COLLINEARITY = 5e-3, 0.5
 MIN_SENSOR_SHARE = 0.4  # of a told mass, that the frequencies must show of a sensor that was moved alone
 _DERIVATIVES = {"receptance": 0, "mobility": 1, "accelerance": 2}
 
@@ -179,12 +181,23 @@ def estimate_sensor_mass(frf: Frf, modes: Modes) -> SensorMass | None:
                       bool((largest < MAX_SMALL_SHIFT * modes.damping_ratio).all()))
 
 
+def steady_modes(modes: Modes) -> list[int]:
+    """Return the modes but those that are faint and whose points move in no common phase."""
+    is_faint = _peaks(modes) < MAX_FAINT_PEAK
+    return np.flatnonzero(~is_faint | (phase_collinearity(modes.shape) >= MIN_FAINT_COLLINEARITY)).tolist()
+
+
 def _loud_modes(modes: Modes) -> list[int]:
     """Return the modes whose peaks are not faint beside the highest: the shapes of faint ones are badly scaled."""
+    return np.flatnonzero(_peaks(modes) > MIN_LOUD_PEAK).tolist()
+
+
+def _peaks(modes: Modes) -> FloatArray:
+    """Return the peaks (k,) of accelerance of modes, over the highest."""
     assert modes.participation is not None
     peaks = (np.linalg.norm(modes.shape, axis=0) * np.linalg.norm(modes.participation, axis=0)
              / np.maximum(np.abs(modes.poles.real), 1e-300) * np.abs(modes.poles) ** 2)
-    return np.flatnonzero(peaks > MIN_LOUD_PEAK * peaks.max()).tolist()
+    return np.asarray(peaks / peaks.max())
 
 
 def _pole_shifts(frf: Frf, modes: Modes, points: list[list[int]]) -> tuple[FloatArray, FloatArray]:

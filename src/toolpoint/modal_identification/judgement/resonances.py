@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from toolpoint._check import ComplexArray, FloatArray
-from toolpoint.modal_identification.basis import factor, laplace, pole_terms
+from toolpoint.modal_identification.basis import factor, laplace, pole_terms, scale_powers
 from toolpoint.vibration.correlation import mac
 from toolpoint.vibration.frf import Frf
 from toolpoint.vibration.modes import Modes
@@ -73,7 +73,7 @@ def resonances(frf: Frf, modes: Modes, smooth_residual: bool) -> tuple[Resonance
     """
     flat = frf.values.reshape(frf.frequency.size, -1)
     power = np.einsum("fr,fr->r", flat.real, flat.real) + np.einsum("fr,fr->r", flat.imag, flat.imag)
-    weight = np.where(power > 0, 1 / np.sqrt(np.where(power > 0, power, 1.0)), 0.0)
+    weight = np.where(power > 0, 1 / np.sqrt(scale_powers(power)), 0.0)
     groups = []
     for members in group_similar(modes):
         lines = [int(np.argmin(np.abs(frf.frequency - modes.frequency[i]))) for i in members]

@@ -17,7 +17,12 @@ MAX_FORCE_CHARTS = 8  # records whose forces are drawn, the smallest feeds first
 
 
 def calibration_page(result: CalibrationStudy, warnings: Sequence[str] = ()) -> Report:
-    """Return the page of a calibration."""
+    """Return the page of a calibration.
+
+    Examples
+    --------
+    Runs in ``examples/calibrate_cutting_coefficients.py``.
+    """
     test = result.test
     tool = tool_of(result.description)
     words = f"{inside(tool)}, engaged {inside(engagement_of(result.description)).replace('..', ' to ')}"

@@ -22,7 +22,12 @@ QUANTITY = "Stable depth, mm"
 
 
 def chatter_map_page(result: ChatterMap, machine: Machine, notes: Sequence[str] = ()) -> Report:
-    """Return the page of a map: least stable depth over the workspace, by feed direction, and what is stable everywhere."""
+    """Return the page of a map: least stable depth over the workspace, by feed direction, and what is stable everywhere.
+
+    Examples
+    --------
+    Runs in ``examples/map_chatter_limits.py``.
+    """
     described = words(result.cut).replace(f", feed along {result.cut.feed}", "")  # the feed turns here
     report = Report(f"Chatter limits over the workspace: {machine.description.name}", _answer(result), subtitle=described)
     report = report.with_section(

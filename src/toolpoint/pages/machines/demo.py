@@ -57,6 +57,10 @@ def demo_page(casting: MachineReport, drives: MachineReport, files: Sequence[tup
     """Return the page of the published machine, without and with its feed drives.
 
     files : (name, text) of the machine file without drives, then of that with drives.
+
+    Examples
+    --------
+    Runs in ``examples/show_the_published_machine.py``.
     """
     (casting_name, casting_text), (drives_name, drives_text) = files
     page = machine_page(casting, casting_text, casting_name)

@@ -10,7 +10,12 @@ from toolpoint.studies.servos.driven_responses import STATE_HEADER, DrivenRespon
 
 
 def driven_responses_page(result: DrivenResponses, warnings: Sequence[str] = ()) -> Report:
-    """Return the page of the responses for every state of the drives."""
+    """Return the page of the responses for every state of the drives.
+
+    Examples
+    --------
+    Runs in ``examples/drives_on_and_off.py``.
+    """
     report = Report(f"{result.name}: its drives on, off and braked", result.status)
     if result.doubts:
         report = report.with_section("Doubts", Notes(list(result.doubts), "warning", "Look at these first"))

@@ -24,7 +24,12 @@ _DRAWN_MODES = 10  # lowest modes that are animated and whose energy is charted
 
 
 def finite_element_page(study: FiniteElementStudy, *, part: str = "column", warnings: Sequence[str] = ()) -> Report:
-    """Return the page of a study; part : name of the part whose elements are coloured and which is looked at alone."""
+    """Return the page of a study; part : name of the part whose elements are coloured and which is looked at alone.
+
+    Examples
+    --------
+    Runs in ``examples/damp_a_mill_of_finite_elements.py``.
+    """
     pairs, machine = study.pairs, study.machine
     labels = tuple(_energy_words(study, i) for i in range(min(_DRAWN_MODES, len(study.modes.frequency))))
     frequency = pairs.frequency[:len(labels)]

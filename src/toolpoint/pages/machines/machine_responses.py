@@ -15,7 +15,12 @@ from toolpoint.studies.machines.pose_words import pose_words
 
 
 def responses_page(result: MachineResponses, warnings: Sequence[str] = ()) -> Report:
-    """Return the page of the responses of a machine at poses."""
+    """Return the page of the responses of a machine at poses.
+
+    Examples
+    --------
+    Runs in ``examples/ask_an_identified_machine.py``.
+    """
     names = [pose_words(result.machine, pose) for pose in result.poses]
     report = Report(f"Responses of {result.machine.name}", _answer(result, names), subtitle="; ".join(names))
     report = report.with_doubts(*result.notes, *warnings)

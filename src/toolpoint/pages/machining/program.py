@@ -27,7 +27,12 @@ MARK_OF_VERDICT = {"chatters": "doubtful", "stable": "good"}
 
 
 def machining_page(result: MachiningStudy, warnings: Sequence[str] = ()) -> Report:
-    """Return the page of a program."""
+    """Return the page of a program.
+
+    Examples
+    --------
+    Runs in ``examples/run_a_program_on_a_machine.py``.
+    """
     report = Report(f"Program on a machine: {result.name}", result.answer,
                     subtitle=f"{result.setup.stock.words}; tool {', '.join(map(str, result.laid.numbers))}")
     cutting = np.flatnonzero(result.blocks.verdict > 0)
@@ -49,7 +54,12 @@ def machining_page(result: MachiningStudy, warnings: Sequence[str] = ()) -> Repo
 
 
 def stages_page(result: StagedStudy, warnings: Sequence[str] = ()) -> Report:
-    """Return the page of a program in tilted planes, a section for every stage in the axes of its plane."""
+    """Return the page of a program in tilted planes, a section for every stage in the axes of its plane.
+
+    Examples
+    --------
+    Runs in ``examples/mill_in_a_tilted_plane.py``.
+    """
     report = Report(f"Program in tilted planes: {result.name}", result.answer.replace("\n", "\n\n"),
                     subtitle=f"{len(result.stages)} stages; each over the work that the stage before has left")
     for k, (rotation, stage) in enumerate(zip(result.rotations, result.stages, strict=True), 1):

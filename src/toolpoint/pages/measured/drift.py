@@ -15,7 +15,12 @@ from toolpoint.studies.drift.mode_changes import NORMAL_95_QUANTILE, ModeChanges
 
 
 def drift_page(study: DriftStudy, machine_name: str = "", *, warnings: Sequence[str] = ()) -> Report:
-    """Return the page of later tests beside a baseline."""
+    """Return the page of later tests beside a baseline.
+
+    Examples
+    --------
+    Runs in ``examples/tell_which_joint_loosened.py``.
+    """
     report = Report("Has the machine changed?", study.status, subtitle=machine_name).with_doubts(*study.doubts, *warnings)
     if study.explanations:
         report = report.with_section(

@@ -10,7 +10,12 @@ from toolpoint.studies.moving.driven_axis_study import DrivenAxisStudy
 
 
 def driven_axis_page(study: DrivenAxisStudy, name: str = "", *, warnings: Sequence[str] = ()) -> Report:
-    """Return the page of a test by the axis itself."""
+    """Return the page of a test by the axis itself.
+
+    Examples
+    --------
+    Runs in ``examples/shake_an_axis_by_itself.py``.
+    """
     report = Report("An axis shakes itself", study.status, subtitle=name).with_doubts(*study.doubts, *warnings)
     report = report.with_section("Modes", Table(study.header, study.rows(), "95 % intervals of noise and loads."))
     for state in study.states:

@@ -9,7 +9,7 @@ import numpy as np
 
 from toolpoint._check import FloatArray
 from toolpoint._rounding import with_uncertainty
-from toolpoint.modal_identification import Identification, cmif, mean_phase_deviation, mvmif, phase_collinearity
+from toolpoint.modal_identification import Identification, Significance, cmif, mean_phase_deviation, mvmif, phase_collinearity
 from toolpoint.pages.measured.data_quality import with_phase_collinearity, with_quality_of_data
 from toolpoint.pages.measured.pole_shapes import pole_shapes
 from toolpoint.plot import AnimatedShapes, Cell, Chart, Notes, PolePicker, Report, ShapeView, Table
@@ -45,6 +45,8 @@ def identification_page(result: Identification, geometry: Geometry | None = None
     report = report.with_doubts(*result.doubts, *warnings, *result.frf.notes)
     report = report.with_section("Modes", _table(result), Notes(mark_lines(result), "note", "What the marks say"),
                                  *([Notes(result.advice, "warning", "What to try next")] if result.advice else []))
+    if result.tool_motion is not None:
+        report = report.with_section("Tool against table", result.tool_motion.status, _tool_motion(result.tool_motion))
     if geometry is not None:
         scene = drawn_points(geometry, components)
         report = report.with_section("Mode shapes", ShapeView(scene, AnimatedShapes.from_modes(result.modes, geometry.points),
@@ -119,6 +121,12 @@ def _table(result: Identification) -> Table:
     caption = ("Share: of the responses at its frequency that a mode moves, with neighbours that overlap and look like it. "
                "MPC: phase collinearity, 1 for a real shape; MPD: mean phase deviation.")
     return Table(header, rows, caption, digits=5)
+
+
+def _tool_motion(motion: Significance) -> Table:
+    return Table(motion.header, motion.rows(), f"Peak of {motion.points[0]} against {motion.points[1]} at the mode's own "
+                 "resonance, along every direction in which both were measured. Share: of the highest mode along a direction, "
+                 "the largest of the directions; selected from a tenth on.")
 
 
 def _with_band(command: str, lines: FloatArray) -> str:

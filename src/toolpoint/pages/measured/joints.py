@@ -23,7 +23,12 @@ HEADER_OF_STEPS = ["joint", "mode", "axis", "turn, share of the largest", "passe
 
 
 def joints_page(result: JointStudy, warnings: Sequence[str] = ()) -> Report:
-    """Return the page of a joint study: doubts first, joints, measured shapes, and the machine or why there is none."""
+    """Return the page of a joint study: doubts first, joints, measured shapes, and the machine or why there is none.
+
+    Examples
+    --------
+    Runs in ``examples/find_joints_of_a_machine.py``.
+    """
     joints, components, geometry = result.joints, result.components, result.geometry
     report = Report(f"Joints of {components.name}", f"{_answer(result)}\n\n{result.status}", subtitle=components.order_text)
     doubts = list(dict.fromkeys([*result.doubts, *(text for text in warnings if not text.startswith("doubtful"))]))

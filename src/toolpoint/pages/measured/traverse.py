@@ -11,7 +11,12 @@ from toolpoint.studies.moving.traverse_study import JOINT_HEADER, MODE_HEADER, T
 
 
 def traverse_page(study: TraverseStudy, name: str = "", *, warnings: Sequence[str] = ()) -> Report:
-    """Return the page of modes over a traverse."""
+    """Return the page of modes over a traverse.
+
+    Examples
+    --------
+    Runs in ``examples/follow_modes_over_a_traverse.py``.
+    """
     report = Report("The machine while it moves", study.status, subtitle=name).with_doubts(*study.doubts, *warnings)
     chart = Chart(draw_courses(study), "Points: windows with 95 % intervals. Bands: the common course through them. Dashed: "
                                        "the machine file. Each against its own mean, so that errors of the file that do not "

@@ -15,7 +15,12 @@ MAX_SHOWN_TESTS = 8  # candidates of the next test
 
 
 def project_page(result: ProjectResults, warnings: Sequence[str] = ()) -> Report:
-    """Return the page of a project."""
+    """Return the page of a project.
+
+    Examples
+    --------
+    Runs in ``examples/run_a_project.py``.
+    """
     data = result.data
     answers = "\n\n".join(result.answers) or "No goal has an answer yet."
     report = Report(str(data["project"]), answers, subtitle="Project: from records to advice").with_doubts(*result.doubts)

@@ -19,7 +19,12 @@ _DRAWN_SIDE_SAMPLES = 3000  # samples of the middle of a side that are drawn
 
 
 def accuracy_page(result: MillingAccuracy, teeth: int, warnings: Sequence[str] = ()) -> Report:
-    """Return the page of a milling accuracy."""
+    """Return the page of a milling accuracy.
+
+    Examples
+    --------
+    Runs in ``examples/mill_a_square_with_a_robot.py``.
+    """
     report = Report(f"Milling accuracy: {result.machine}", _answer(result), subtitle=f"Loads: {result.loads}")
     rows = [[s.name, 1e6 * s.position_error, 1e6 * s.rotation_error,
              *(1e6 * s.error.std(axis=0)).tolist()] for s in result.sides]

@@ -8,7 +8,12 @@ from toolpoint.studies.robots.datasheet_study import DatasheetStudy
 
 
 def robot_page(result: DatasheetStudy, text: str, name: str) -> Report:
-    """Return the page of a datasheet study; `text` is the file."""
+    """Return the page of a datasheet study; `text` is the file.
+
+    Examples
+    --------
+    Runs in ``examples/make_a_robot_of_its_datasheet.py``.
+    """
     report = Report(f"From the datasheet: {result.sheet.name}", _answer(result), subtitle=result.sheet.source)
     gearing = Table(
         ["axis", "R_t", "R_r", "T_t, N m", "against load moment, %", "reducer", "holds, N m", "inertia, kg m^2"],

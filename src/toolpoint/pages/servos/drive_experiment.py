@@ -14,7 +14,12 @@ from toolpoint.studies.servos.drive_experiment import DriveExperiment
 
 
 def drive_page(result: DriveExperiment, *, source_text: str = "", warnings: Sequence[str] = ()) -> Report:
-    """Return the page of a result; `source_text` is the drive file's, `warnings` those of the run."""
+    """Return the page of a result; `source_text` is the drive file's, `warnings` those of the run.
+
+    Examples
+    --------
+    Runs in ``examples/drive_a_circle.py``.
+    """
     drives = result.drives
     report = Report(drives.name, _answer(result), subtitle=drives.source)
     report = report.with_doubts(*result.doubts, *result.remarks, *warnings)

@@ -18,7 +18,12 @@ _MIN_MAP_CHANGE = 1e-3
 
 
 def servo_map_page(result: ServoMap, *, warnings: Sequence[str] = ()) -> Report:
-    """Return the page of a map over a grid of one or two axes; `warnings` are those of the run."""
+    """Return the page of a map over a grid of one or two axes; `warnings` are those of the run.
+
+    Examples
+    --------
+    Runs in ``examples/map_a_servo_over_the_workspace.py``.
+    """
     report = Report(f"Servo over the workspace: {result.name}", _answer(result),
                     subtitle=f"{len(result.poses)} poses, axes {', '.join(result.axes)}")
     table = Table(["quantity", "axis", "smallest", "largest"], result.rows())

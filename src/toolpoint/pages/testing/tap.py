@@ -14,7 +14,12 @@ from toolpoint.studies.testing.tap_study import MODE_COLUMNS, SPEED_COLUMNS, Tap
 
 
 def tap_page(result: TapStudy, warnings: Sequence[str] = ()) -> Report:
-    """Return the page of a tap test."""
+    """Return the page of a tap test.
+
+    Examples
+    --------
+    Runs in ``examples/tap_a_tool.py``.
+    """
     report = Report("Tap test", result.status)
     rows = [[light.step, Cell(light.colour, light.colour), light.words, light.remedy] for light in result.lights]
     repeat_notes = [Notes(list(result.again), "warning", "What to strike or look at again")] if result.again else []

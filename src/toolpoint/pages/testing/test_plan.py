@@ -14,7 +14,12 @@ from toolpoint.vibration.correlation import auto_mac
 
 
 def plan_page(result: ModalTestPlan, warnings: Sequence[str] = ()) -> Report:
-    """Return the page of a planned hammer test."""
+    """Return the page of a planned hammer test.
+
+    Examples
+    --------
+    Runs in ``examples/plan_a_hammer_test.py``.
+    """
     report = Report("Plan of a hammer test", result.status, subtitle=result.machine.name)
     places = result.candidates.coordinates
     rows = [[str(name), *(f"{1e3 * value:.0f}" for value in places[name]), result.candidates.places[name][0],

@@ -11,11 +11,13 @@ import plotly.graph_objects as go
 from toolpoint._check import ComplexArray, FloatArray, IndexArray
 from toolpoint.plot.figures.theme import COLOURS, figure
 from toolpoint.plot.page.charts import ClickedSeries
+from toolpoint.studies.video.response_error import ResponseError
 from toolpoint.vision.displacement.result import DisplacementField
 
 POINT_TRACE = "measured points"  # trace of `picture_points`, by which `point_spectra` finds a clicked point
 # Points that can be clicked; spectral lines that each keeps. The page holds the spectra of all points.
 MAX_CLICKED_POINTS, MAX_SPECTRUM_LINES = 80, 880
+MAX_SHOWN_CURVES = 8  # of an error over parameters; the others appear by a click in the legend
 
 
 def picture_points(picture: bytes, shape: tuple[int, int], field: DisplacementField, *, chosen: Sequence[int]) -> go.Figure:
@@ -107,4 +109,19 @@ def _picture_chart(picture: bytes, shape: tuple[int, int], title: str = "") -> g
     chart.update_yaxes(range=[rows - 0.5, -0.5], showgrid=False, zeroline=False, title_text="Row, px", scaleanchor="x",
                        constrain="domain")
     chart.update_layout(showlegend=False)
+    return chart
+
+
+def plot_response_error(error: ResponseError) -> go.Figure:
+    """Return the error of the responses over the factor of each joint parameter; what moves it most first."""
+    chart = figure("", 420)
+    for rank, i in enumerate(error.ranking.tolist()):
+        name = error.paths[i].removeprefix("joints.")
+        chart.add_scatter(x=error.factors, y=100 * error.error[i], mode="lines+markers", name=name,
+                          visible=True if rank < MAX_SHOWN_CURVES else "legendonly",
+                          line={"color": COLOURS[rank % len(COLOURS)]},
+                          hovertemplate="%{x:.3g} times<br>%{y:.3g} %<extra>" + name + "</extra>")
+    chart.update_xaxes(title_text="Factor of the parameter", type="log")
+    chart.update_yaxes(title_text="Error of the responses, %", rangemode="tozero")
+    chart.update_layout(legend={"orientation": "h", "y": -0.35, "yanchor": "top", "x": 0})
     return chart

@@ -162,6 +162,10 @@ def mill_path(machine: Machine, sides: tuple[PathSide, ...], setup: MillingSetup
         numbers; another machine, path or setup finds nothing there.
     judged : bool
         Whether every side is judged for chatter, which becomes a doubt.
+
+    Examples
+    --------
+    Runs in ``examples/mill_a_square_with_a_robot.py``.
     """
     if setup.window is not None:
         positive("window", setup.window)

@@ -29,6 +29,8 @@ from toolpoint.cutting.stability.result import StabilityChart
 from toolpoint.machine.parts.model import Machine
 from toolpoint.studies.cuts.chatter_limits import ChatterMap
 from toolpoint.studies.cuts.limit_spread import sample_limits
+from toolpoint.studies.cuts.tool_dynamics import ToolDynamics
+from toolpoint.studies.cuts.work_dynamics import problem_with_work
 from toolpoint.studies.execute import Engine, Outcome, Progress, execute
 from toolpoint.studies.machines.reduced_limits import question_reduction
 from toolpoint.studies.machines.tool_point import (
@@ -36,6 +38,7 @@ from toolpoint.studies.machines.tool_point import (
     MAX_CHART_DEPTH,
     MAX_DEPTH_DOUBLINGS,
     STUDY_LINES,
+    ToolPoint,
     batch_of,
     depth_limit,
     first_loss_depth,
@@ -45,6 +48,7 @@ from toolpoint.studies.machines.tool_point import (
 )
 from toolpoint.studies.machines.tool_seat import question_tool_seat
 from toolpoint.studies.remark_kinds import first_of_each_kind
+from toolpoint.vibration import Modes
 
 MAX_CHAIN_LENGTH, MIN_CHAIN_COUNT = 5, 8  # poses, lost together by an interruption; chains, for workers to share
 Place = tuple[int, ...]
@@ -53,8 +57,8 @@ Place = tuple[int, ...]
 def chatter_map(
     machine: Machine, positions: Mapping[str, ArrayLike] | Sequence[Mapping[str, float]] | None = None,
     cut: CuttingDescription | None = None, *, speeds: ArrayLike | None = None, feed_angles: ArrayLike | None = None,
-    method: StabilityMethod | None = None, engine: Engine | None = None, folder: str | Path | None = None,
-    progress: Progress | None = None,
+    method: StabilityMethod | None = None, work: ToolDynamics | None = None, engine: Engine | None = None,
+    folder: str | Path | None = None, progress: Progress | None = None,
 ) -> ChatterMap:
     """Return the stable depths of a cut over axis positions or poses, and over feed directions.
 
@@ -72,20 +76,31 @@ def chatter_map(
         rad from x towards y; the direction of the cut's feed where left out.
     method : stability method, optional
         Chosen to suit the cut where left out; `ZeroOrder` is quicker by far and says its usual error.
+    work : ToolDynamics, optional
+        Modes of a work that gives way too, x and y along those of the tool at every pose (`modal_dynamics`).
     engine, folder, progress
         See `execute.execute`; a point of the study is a chain of neighbouring poses, `progress` counts poses.
+
+    Examples
+    --------
+    Runs in ``examples/map_chatter_limits.py``.
     """
     used = cut or machine.description.cutting
     if used is None:
         fail("cut", "none", "must be given, here or as 'cutting' in the machine file")
     words(used)  # faults of the cut are reported before any work
+    if work is not None:
+        _refuse_bodies(machine)
     places = _Places.of(machine, machine.description.poses or ({},) if positions is None else positions)
     n = floats("speeds", np.linspace(*used.speeds, 60) if speeds is None else np.atleast_1d(speeds))
     angles = floats("feed_angles", np.atleast_1d(FEED_ANGLE[used.feed] if feed_angles is None else feed_angles))
-    function = _ChainLimits(machine, places.names, tuple(map(float, n)), tuple(map(float, angles)), used, method)
+    function = _ChainLimits(machine, places.names, tuple(map(float, n)), tuple(map(float, angles)), used, method,
+                             work)
     store = None if folder is None else Path(folder)
     result = _assemble_map(_run_chains(function, places, engine, store, progress), places, angles, n, used)
-    result = replace(result, notes=(*question_tool_seat(machine), *result.notes))
+    of_work = () if work is None else (*work.notes, f"the work gives way too, by {work.what}, alike at every pose; it is taken "
+                                       "to stand on a structure that the machine does not move")
+    result = replace(result, notes=(*question_tool_seat(machine), *of_work, *result.notes))
 
     def limits(sample: Machine) -> FloatArray:
         sample_function = replace(function, machine=sample)
@@ -100,6 +115,14 @@ def chatter_map(
     if np.isnan(result.limit).all():
         return result
     return replace(result, spread=sample_limits(machine, limits, compliance, rng=np.random.default_rng(0)))
+
+
+def _refuse_bodies(machine: Machine) -> None:
+    """Refuse elastic bodies beside a work that gives way: what their reduction leaves out is judged on the machine alone."""
+    elastic = [name for name, body in machine.description.bodies.items() if body.is_elastic]
+    if elastic:
+        fail("work", f"beside the elastic bodies {', '.join(elastic)}", "must be beside rigid bodies in a map",
+             remedy="chart single poses by `toolpoint lobes MACHINE --work FILE`")
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,17 +171,29 @@ class _ChainLimits:
     feed_angles: tuple[float, ...]
     cut: CuttingDescription
     method: StabilityMethod | None
+    work: ToolDynamics | None = None
 
     @property
     def identity(self) -> str:
         """Key of this study among others on the same places."""
-        return repr((self.machine.description, self.speeds, self.feed_angles, self.cut, str(self.method)))
+        parts = (self.machine.description, self.speeds, self.feed_angles, self.cut, str(self.method))
+        if self.work is None or not isinstance(self.work.response, Modes):
+            return repr(parts)
+        modes = self.work.response
+        return repr((*parts, self.work.x, self.work.y, *(
+            value.tolist() for value in (modes.frequency, modes.damping_ratio, modes.shape))))
+
+    def problem(self, study: ToolPoint) -> MillingProblem:
+        """Return the milling problem at the pose of a study, with the work where it gives way too."""
+        problem = pose_problem(study, self.cut, 0)
+        return problem if self.work is None else problem_with_work(problem, self.work)
 
     def __call__(self, chain: Sequence[Sequence[float]]) -> dict[str, Any]:
         # Where joints have dampers the number of poles may differ from pose to pose: one at a time.
         studies = [tool_point(self.machine, [dict(zip(self.names, position, strict=True))], STUDY_LINES) for position in chain]
-        problems = [pose_problem(study, self.cut, 0) for study in studies]
-        method = method_for(studies[0].modes, self.method)
+        problems = [self.problem(study) for study in studies]
+        dynamics = problems[0].dynamics if self.work is not None else studies[0].modes
+        method = method_for(dynamics if isinstance(dynamics, Modes) else studies[0].modes, self.method)
         first_only = isinstance(method, PanelArnoldi) and method.first_only
         end = self.cut.depth_end[0]
         # One depth for the whole chain, wide enough for its stiffest pose.

@@ -40,7 +40,8 @@ class CutStability:
         """Return rows (quantity, value)."""
         if self.multiplier is None or self.limit is None:
             return [("stability chart", self.reason)]
-        limit = f"{limit_text(1e3 * self.limit, 1e3 * (self.limit_error or 0.0))} mm" if np.isfinite(self.limit) else "none"
+        limit = (f"{limit_text(1e3 * self.limit, 1e3 * (self.limit_error or 0.0))} mm, by the numbers as given"
+                 if np.isfinite(self.limit) else "none")
         return [("largest multiplier", f"{self.multiplier:.5f} a period (stable below 1)"), ("stability limit", limit),
                 ("stability chart", "stable" if self.stable else "unstable")]
 

@@ -125,6 +125,10 @@ def bases_from_gauge(frf: Frf, gauge: ShaftDescription, *, noise: float | None =
     noise : standard deviation of the responses as a share of each, where they state no variance; without it the scatter of
     neighbouring lines. calibration : standard deviation of the gain of hammer and sensor together, a share, the same for all
     responses.
+
+    Examples
+    --------
+    Runs in ``examples/couple_a_tool_to_a_spindle.py``.
     """
     frf = with_noise(frf, noise)
     doubts = question_gauge(frf, gauge)

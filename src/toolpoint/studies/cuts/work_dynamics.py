@@ -13,6 +13,7 @@ import numpy as np
 import scipy  # its rooms load on first use
 
 from toolpoint._check import Array, ComplexArray, FloatArray, ToolpointError
+from toolpoint.cutting import MillingProblem
 from toolpoint.studies.cuts.tool_dynamics import ToolDynamics
 from toolpoint.vibration import Dof, Frf, Modes, frequency_response
 
@@ -63,6 +64,19 @@ def with_work(tool: ToolDynamics, work: ToolDynamics) -> ToolDynamics:
     return replace(tool, response=response, x=str(BOTH_LABELS[0]), y=str(BOTH_LABELS[1]), at_speed=faster,
                    what=f"{tool.what} and {work.what}", parts=(tool, work),
                    notes=tuple(dict.fromkeys([*tool.notes, *work.notes, note, *axial])))
+
+
+def problem_with_work(problem: MillingProblem, work: ToolDynamics) -> MillingProblem:
+    """Return a milling problem whose work gives way too, on the modes of both; refuse measured lines, and bodies that spin."""
+    if not isinstance(problem.dynamics, Modes):
+        raise ToolpointError("work: bodies of the machine spin; where the work gives way too they must stand (spin: 0)")
+    if not isinstance(work.response, Modes):
+        raise ToolpointError(f"work: {work.what} is measured lines; over many poses its modes are needed (toolpoint identify "
+                             "FILE -m work.h5)")
+    y = None if problem.y is None else str(problem.y)
+    both = with_work(ToolDynamics(problem.dynamics, str(problem.x), y, None, (), "the machine"), work)
+    axial = None if problem.z is None else str(SPATIAL_LABELS[-1])
+    return problem.changed(dynamics=both.response, x=both.x, y=both.y, z=axial)
 
 
 def _labels(dynamics: ToolDynamics) -> tuple[str | None, str | None, str | None]:

@@ -204,6 +204,10 @@ def study_finite_elements(
         Of the test.
     step : function, optional
         Called with the name of each step.
+
+    Examples
+    --------
+    Runs in ``examples/damp_a_mill_of_finite_elements.py``.
     """
     step("modes")
     pairs = machine.solve(_STUDIED_MODES + _EXTRA_MODES)

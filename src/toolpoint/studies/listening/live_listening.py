@@ -67,6 +67,10 @@ def follow_cut(device: SampledInput, teeth: int, speed: float | None = None, *, 
     ------
     DeviceFault
         Where the device goes away.
+
+    Examples
+    --------
+    Runs in ``examples/listen_while_it_cuts.py``.
     """
     if window < MIN_WINDOW_SECONDS:
         fail("window", f"{window:g} s", f"must be at least {MIN_WINDOW_SECONDS:g} s")

@@ -53,6 +53,10 @@ def follow_blows(device: SampledInput, tap: LiveTap, store: BlowStore, *, trigge
     ------
     DeviceFault
         Where the device goes away; what was kept stays, and the test holds it.
+
+    Examples
+    --------
+    Runs in ``examples/tap_while_you_strike.py``.
     """
     session = _Session(device, tap, store, trigger=trigger)
     device.open()

@@ -54,6 +54,10 @@ class LiveTap:
     rules : HitRules, optional
     decisions : mapping of the name of a blow to bool, optional
         Blows that a person accepts or refuses, against their verdicts.
+
+    Examples
+    --------
+    Runs in ``examples/tap_while_you_strike.py``.
     """
 
     def __init__(self, inputs: InputChannels, rate: float, *, duration: float | None = None, goal: int = 5,

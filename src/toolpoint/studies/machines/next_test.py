@@ -83,6 +83,10 @@ def rank_tests(
     frequency_deviation, damping_deviation, shape_deviation : float
         Of the measurement, relative: of frequencies, of damping ratios, and of shapes over the mode's greatest motion at the
         machine's points.
+
+    Examples
+    --------
+    Runs in ``examples/ask_an_identified_machine.py``.
     """
     uncertainty = machine_uncertainty(machine)
     if uncertainty is None:

@@ -15,6 +15,7 @@ from toolpoint.studies.machining.setup import MachiningSetup
 GOUGE_TOLERANCE = 2e-5  # m, below the part's surface
 MAX_LISTED_CONTACTS = 3  # of each kind, by name
 MAX_UNKNOWN_EDGE_RATIO = 2.0  # of the diameter: deeper cuts are doubted where no length of the edges is given
+MAX_CHIP_RATIO = 0.25  # of the diameter: thicker chips break any tool
 MIN_PLUNGE_SLOPE = 0.5  # of the unit feed along the axis: from it on a flat end cuts with its centre
 
 
@@ -96,8 +97,22 @@ def question_loads(blocks: BlockTable, removed: RemovedMaterial, laid: ProgramPa
         k = int(np.argmax(np.where(blocks.verdict > 0, laid.speed, 0.0)))
         doubts.append(Doubt("spindle speed", f"{laid.speed[k]:g} rev/min in line {blocks.line[k]}, the limit is "
                                              f"{setup.limits.speed:g} rev/min", grave=True))
-    doubts += _question_edges(removed, laid, setup)
-    return doubts
+    return [*doubts, *_question_chips(blocks, removed, laid), *_question_edges(removed, laid, setup)]
+
+
+def _question_chips(blocks: BlockTable, removed: RemovedMaterial, laid: ProgramPath) -> list[Doubt]:
+    """Doubt feeds of a tooth that no tool takes: S or F is not what was meant."""
+    shape_index = laid.moves.rows[removed.piece, 12].astype(int)
+    diameter_of = np.zeros(blocks.line.size)
+    np.maximum.at(diameter_of, laid.moves.block[removed.piece], _diameters(removed, shape_index))
+    chip = blocks.loads["chip"]
+    ratio = chip / np.where(diameter_of > 0, diameter_of, np.inf)
+    if ratio.max(initial=0.0) <= MAX_CHIP_RATIO:
+        return []
+    k = int(ratio.argmax())
+    return [Doubt("chips", f"line {blocks.line[k]} feeds {1e3 * chip[k]:.3g} mm a tooth with a tool of "
+                  f"{1e3 * diameter_of[k]:.3g} mm ({laid.speed[k]:g} rev/min, {60e3 * laid.feed[k]:.4g} mm/min)",
+                  "S, F or the unit is not what was meant", figure=float(ratio[k]), grave=True)]
 
 
 def _diameters(removed: RemovedMaterial, shape_index: np.ndarray) -> np.ndarray:

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from toolpoint._check import FloatArray
-from toolpoint.studies.execute import Outcome, execute
+from toolpoint.studies.execute import Outcome, Threads, execute
 from toolpoint.studies.machining.engagement_classes import EngagementClasses, PlaceArcs
 from toolpoint.studies.machining.program_path import ProgramPath
 from toolpoint.studies.machining.solver import StabilitySolver
@@ -44,39 +44,53 @@ def place_margins(arcs: PlaceArcs, classes: EngagementClasses, laid: ProgramPath
                   progress: Callable[[int, int], None] = lambda finished, total: None) -> PlaceMargins:
     """Return the limits of all places: those of their groups, then of the places near a limit with their own arcs.
 
+    Nothing is solved twice: a group of one place is solved with its own arc.
+
     folder : where solved cuts are kept, and found again after an interruption.
     """
+    block = laid.moves.block[piece[arcs.place]]
     points = np.stack([classes.tool, classes.pose, classes.entry, classes.exit, classes.angle, classes.speed, classes.depth],
-                      axis=1)
-    groups = execute(solver, points.tolist(), folder=None if folder is None else folder / "groups", progress=progress).outcomes
+                      axis=1).tolist()
+    # A group of one member is that member: its own arc is solved in place of the group's.
+    is_single = np.bincount(classes.group, minlength=classes.count) == 1
+    farthest = _farthest_members(arcs, classes)
+    for k, point in zip(np.flatnonzero(is_single).tolist(),
+                        _member_points(arcs, laid, block, pose, members=farthest[is_single]), strict=True):
+        points[k] = point
+
+    def solve(points: list[list[float]], name: str) -> Sequence[Outcome]:
+        return execute(solver, points, Threads(), folder=None if folder is None else folder / name, progress=progress
+                       ).outcomes if points else ()
+
+    groups = solve(points, "groups-2")
     values = np.array([_numbers(outcome) for outcome in groups])[classes.group]
     stable, gap = _judge_members(arcs.depth, classes.group, groups)
-    block = laid.moves.block[piece[arcs.place]]
     # An arc within the group's may have a boundary that the group's lacks (an island): the member farthest from it is solved
     # too.
-    farthest = _farthest_members(arcs, classes)
-    second = execute(solver, _member_points(arcs, laid, block, pose, members=farthest), folder=None if folder is None else
-                     folder / "members", progress=progress).outcomes
+    second = list(groups)
+    members = farthest[~is_single]
+    for k, outcome in zip(np.flatnonzero(~is_single).tolist(),
+                          solve(_member_points(arcs, laid, block, pose, members=members), "members-2"), strict=True):
+        second[k] = outcome
     stable_beside, gap_beside = _judge_members(arcs.depth, classes.group, second)
     gap = np.where(stable != stable_beside, 0.0, np.minimum(gap, gap_beside))
-    # The nearest to a boundary first.
-    doubtful = np.flatnonzero(gap < NEAR_RATIO)
-    chosen = doubtful[np.argsort(gap[doubtful], kind="stable")][:MAX_OWN_SOLUTIONS]
-    near_points = _member_points(arcs, laid, block, pose, members=chosen)
-    near_solutions: Sequence[Outcome] = ()
-    if near_points:
-        near_solutions = execute(solver, near_points, folder=None if folder is None else folder / "near",
-                                 progress=progress).outcomes
+    # The nearest to a boundary first; those that were solved with their own arcs are known.
     is_own, grouping = np.zeros(arcs.place.size, bool), 0.0
-    for m, outcome in zip(chosen.tolist(), near_solutions, strict=True):
+    is_own[farthest] = True
+    doubtful = np.flatnonzero((gap < NEAR_RATIO) & ~is_own)
+    chosen = doubtful[np.argsort(gap[doubtful], kind="stable")][:MAX_OWN_SOLUTIONS]
+    near_solutions = solve(_member_points(arcs, laid, block, pose, members=chosen), "near-2")
+    solved = [*zip(farthest.tolist(), second, strict=True), *zip(chosen.tolist(), near_solutions, strict=True)]
+    for m, outcome in solved:
         if outcome.values is None:
+            is_own[m] = False
             continue
         group_limit, values[m], is_own[m] = values[m, 0], _numbers(outcome), True
         stable[m] = bool(_is_inside(outcome.values["intervals"], arcs.depth[m:m + 1])[0])
         if np.isfinite(values[m, 0]) and np.isfinite(group_limit) and group_limit > 0:
             grouping = max(grouping, abs(float(values[m, 0] / group_limit) - 1))
     failures = dict.fromkeys(outcome.failure for outcome in groups if outcome.values is None)
-    count = len(groups) + len(second) + len(near_solutions)
+    count = len(groups) + members.size + len(near_solutions)
     return PlaceMargins(values[:, 0], values[:, 1], values[:, 2], stable, is_own, grouping, count, tuple(failures),
                         int(doubtful.size - chosen.size))
 

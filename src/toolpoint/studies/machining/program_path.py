@@ -187,17 +187,27 @@ def find_speed_lines(laid: ProgramPath, text: str) -> dict[int, list[int]]:
     return lines
 
 
-def travel_doubts(path: Path, axes: dict[str, tuple[float, float]], zero: dict[str, float], *, length: float) -> list[Doubt]:
-    """Return a doubt for every axis whose travel the program leaves; its zero at `zero`, the tool `length` m long."""
+def travel_doubts(path: Path, axes: dict[str, tuple[float, float]], zero: dict[str, float], *, length: float, height: float
+                  ) -> list[Doubt]:
+    """Return a doubt for every axis whose travel the program leaves; its zero at `zero`, the tool `length` m long.
+
+    height : m, to which rapids of unknown height were raised; these are not looked at.
+    """
     doubts = []
+    if "Z" in axes and length > axes["Z"][1] - axes["Z"][0]:
+        travel = axes["Z"][1] - axes["Z"][0]
+        doubts.append(Doubt("travel of Z", f"the tool sticks out {1e3 * length:g} mm, and Z goes {1e3 * travel:g} mm: it is "
+                            "not brought over the work", "a shorter tool, or see `stick_out`", grave=True))
     for letter, k in (("X", 0), ("Y", 1), ("Z", 2)):
         if letter not in axes:
             continue
         lower, upper = axes[letter]
-        places = np.concatenate([path.start[:, k], path.end[:, k]]) + zero.get(letter, 0.0)
-        cut = ~np.concatenate([path.rapid, path.rapid])
+        places = np.concatenate([path.end[:, k], path.start[:, k]]) + zero.get(letter, 0.0)
         line = np.concatenate([path.line, path.line])
-        excess = np.where(cut, np.maximum(lower - places, places - upper), -1.0)
+        excess = np.maximum(lower - places, places - upper)
+        excess[path.count] = -1.0  # where the tool stands before the program is not known
+        is_raised = np.concatenate([path.end[:, 2], path.start[:, 2]]) == height
+        excess = np.where(is_raised & (letter == "Z"), -1.0, excess)
         k_worst = int(np.argmax(excess))
         if excess[k_worst] > 1e-9:
             tool = f", the tool {1e3 * length:g} mm long" if letter == "Z" and length else ""

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from toolpoint._check import FloatArray
+from toolpoint._check import FloatArray, ToolpointError
 from toolpoint._doubt import Doubt, mark_notes
 from toolpoint._notebook import NotebookText
 from toolpoint.material_removal import RemovedMaterial
@@ -28,6 +29,8 @@ HEADER = ("line", "verdict", "depth mm", "limit mm", "chatter Hz", "arc °", "fo
           "mm/min")
 WORST_ROWS = 15  # of the table
 VERDICTS = ("air", "stable", "chatters", "not known")
+# Doubts of loads, which advice brings below their limits or names as unmet.
+CURED_BY_FEED = ("spindle power", "spindle torque", "bending of the tool", "spindle speed")
 AIR, STABLE, CHATTERS, UNKNOWN_VERDICT = range(4)  # places in `VERDICTS`
 
 
@@ -59,6 +62,14 @@ class BlockTable:
         return order[self.verdict[order] > 0]
 
 
+def refuse_hazards(hazards: Sequence[Doubt]) -> None:
+    """Raise ToolpointError for a program with doubts that no speed and feed cures: it is not written anew."""
+    if hazards:
+        others = f" (and {len(hazards) - 1} more)" if len(hazards) > 1 else ""
+        raise ToolpointError(f"the program must not be run, and no speed or feed mends it: {hazards[0]}{others}; nothing was "
+                             "written")
+
+
 @dataclass(frozen=True, eq=False)
 class MachiningStudy(NotebookText):
     """Result of a program run over its stock on a machine.
@@ -86,6 +97,22 @@ class MachiningStudy(NotebookText):
     lobes: tuple[EngagementLobes, ...] = ()
     judged: JudgedPlaces | None = None
     work: WorkCourse | None = None
+
+    @property
+    def hazards(self) -> tuple[Doubt, ...]:
+        """Grave doubts that no speed and feed cures: contacts, travel, a program that is not whole."""
+        return tuple(doubt for doubt in self.doubts if doubt.grave and doubt.what not in CURED_BY_FEED)
+
+    @property
+    def advised_words(self) -> tuple[dict[int, float], dict[int, float]]:
+        """Factors on the words S and F by line.
+
+        Raises ToolpointError for a program that must not be run at any speed, see `hazards`, and without advice.
+        """
+        refuse_hazards(self.hazards)
+        if self.advice is None:
+            raise ToolpointError("advice: none was made")
+        return self.advice.speed, self.advice.feed
 
     @property
     def chatter_blocks(self) -> np.ndarray:

@@ -27,7 +27,14 @@ from toolpoint.studies.machining.judged_places import JudgedPlaces
 from toolpoint.studies.machining.limit_interval import find_limit_interval
 from toolpoint.studies.machining.loads import place_loads
 from toolpoint.studies.machining.margins import NEAR_RATIO, PlaceMargins, place_margins
-from toolpoint.studies.machining.program_path import ParsedProgram, ProgramPath, find_speed_lines, lay_program, travel_doubts
+from toolpoint.studies.machining.program_path import (
+    SAFE_HEIGHT,
+    ParsedProgram,
+    ProgramPath,
+    find_speed_lines,
+    lay_program,
+    travel_doubts,
+)
 from toolpoint.studies.machining.result import MachiningStudy
 from toolpoint.studies.machining.setup import MachiningSetup
 from toolpoint.studies.machining.solver import StabilitySolver
@@ -141,7 +148,8 @@ def run_program(program: ParsedProgram, setup: MachiningSetup, dynamics: Machine
                             lambda finished, total: progress("advice for tools", finished, total))
     if isinstance(dynamics, Machine) and rotation is None:
         axes = {axis.name: (axis.lower, axis.upper) for axis in dynamics.chain.axes}
-        doubts += travel_doubts(laid.path, axes, dict(setup.zero), length=setup.stick_out)
+        doubts += travel_doubts(laid.path, axes, dict(setup.zero), length=setup.stick_out,
+                                height=float(setup.stock.upper[2]) + SAFE_HEIGHT)
     walls = wall_errors(arcs, loads, margins, laid=laid, removed=removed, setup=setup, solver=solver, pose=pose)
     if setup.drives is not None:
         progress("servo along the program", 0, 1)

@@ -18,7 +18,7 @@ from toolpoint.material_removal.stock import BOX_KIND
 from toolpoint.studies.cuts.tool_dynamics import ToolDynamics
 from toolpoint.studies.machining.compare_record import MIN_COMPARED_SAMPLES, compare_record
 from toolpoint.studies.machining.program_path import ParsedProgram
-from toolpoint.studies.machining.result import MachiningStudy
+from toolpoint.studies.machining.result import MachiningStudy, refuse_hazards
 from toolpoint.studies.machining.run_program import run_program
 from toolpoint.studies.machining.setup import MachiningSetup
 from toolpoint.studies.machining.thin_walls.clamped_part import ClampedPart
@@ -61,8 +61,10 @@ class StagedStudy(NotebookText):
     def advised_words(self) -> tuple[dict[int, float], dict[int, float]]:
         """Factors on the words S and F by line, of all stages together.
 
-        Raises ToolpointError where two stages advise different speeds for one word S, and without advice.
+        Raises ToolpointError where two stages advise different speeds for one word S, without advice, and for a program that
+        must not be run: see `MachiningStudy.hazards`.
         """
+        refuse_hazards([doubt for stage in self.stages for doubt in stage.hazards])
         speed, feed = dict[int, float](), dict[int, float]()
         advised = [stage.advice for stage in self.stages if stage.advice is not None]
         if not advised:

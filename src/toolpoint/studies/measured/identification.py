@@ -6,7 +6,8 @@ from dataclasses import replace
 
 from toolpoint._check import ToolpointError
 from toolpoint._doubt import Doubt
-from toolpoint.modal_identification import Identification, PoleChoice, identify
+from toolpoint.modal_identification import Identification, PoleChoice, identify, significance
+from toolpoint.modal_identification.judgement.relative_motion import common_directions
 from toolpoint.modal_identification.judgement.series_agreement import question_series
 from toolpoint.signals.doubts import question
 from toolpoint.signals.usable_band import usable_band
@@ -14,13 +15,15 @@ from toolpoint.vibration import Frf, Modes
 
 
 def identify_modes(frf: Frf, method: str = "refined", band: tuple[float, float] | None = None, *,
-                   choice: PoleChoice | None = None, sensor_mass: float | None = None) -> Identification:
+                   choice: PoleChoice | None = None, sensor_mass: float | None = None,
+                   between: tuple[str | int, str | int] | None = None) -> Identification:
     """Return the identification of `modal_identification.identify`, its `doubts` followed by those of `question`.
 
     band : (low, high), Hz; where left out, the lines that can be believed (`signals.usable_band`), and the advice says which
     lines were left out and why. The doubts are looked for within it.
     choice : poles added and modes removed by hand; sensor_mass : kg, of a sensor that was moved between set-ups; see
     `modal_identification.identify`.
+    between : points of tool and table, optional: which modes move them against each other is told (`significance`).
 
     Examples
     --------
@@ -30,6 +33,15 @@ def identify_modes(frf: Frf, method: str = "refined", band: tuple[float, float] 
     >>> identify_modes(frequency_response.modal(true_modes, np.linspace(60, 100, 60))).modes.frequency.round(3).tolist()
     [80.0]
     """
+    if between is not None:  # A wrong name is told before the long fit.
+        common_directions(frf.outputs, *between)
+    result = _questioned(frf, method, band, choice=choice, sensor_mass=sensor_mass)
+    return result if between is None else replace(result, tool_motion=significance(result.modes, *between))
+
+
+def _questioned(frf: Frf, method: str, band: tuple[float, float] | None, *, choice: PoleChoice | None,
+                sensor_mass: float | None) -> Identification:
+    """Return the identification within a band, or within the lines that can be believed, with the doubts of the responses."""
     if band is not None:
         result = identify(frf, method, band, choice=choice, sensor_mass=sensor_mass)
         return replace(result, doubts=(*question_series(result.frf, result.modes), *result.doubts,

@@ -134,6 +134,10 @@ def study_joints(modes: Modes, geometry: Geometry, components: Components, *, co
     ------
     ToolpointError
         For points in another unit, and a frame that the bodies do not fix, see `place_test`.
+
+    Examples
+    --------
+    Runs in ``examples/find_joints_of_a_machine.py``.
     """
     placement = place_test(geometry.points, components)
     geometry = replace(geometry, points=placement.places(geometry.points))

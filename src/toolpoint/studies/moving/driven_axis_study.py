@@ -151,6 +151,10 @@ def study_driven_axis(tests: Mapping[str, DrivenAxisTest], *, machine: Machine |
     tests : mapping of a state's name to its DrivenAxisTest
     machine, joint, pose : optional
         The machine whose points bear the names of the outputs, the joint of the axis, and the pose: its damping is judged.
+
+    Examples
+    --------
+    Runs in ``examples/shake_an_axis_by_itself.py``.
     """
     if not 1 <= len(tests) <= 2:
         fail("tests", f"{len(tests)} states", "must be one or two")

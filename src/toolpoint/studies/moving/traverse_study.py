@@ -151,6 +151,10 @@ def study_traverse(windows: Sequence[TraverseWindow], *, quantity: str = "positi
     ------
     ToolpointError
         For fewer than four windows, poses without machine or the reverse, and windows in which no mode is found.
+
+    Examples
+    --------
+    Runs in ``examples/follow_modes_over_a_traverse.py``.
     """
     if len(windows) < MIN_TRACK_WINDOWS:
         fail("windows", str(len(windows)), f"must be at least {MIN_TRACK_WINDOWS}", remedy="cut the record into more")

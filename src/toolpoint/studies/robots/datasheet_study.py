@@ -116,6 +116,10 @@ def study_datasheet(sheet: RobotDatasheet, description: MachineDescription, *, f
     With `finite_elements` the members that bend are also reduced from finite elements, to say what rigid members and beams
     are worth (some seconds). pose : rad, at whose load the description's reducers were linearised; the reference pose where
     left out.
+
+    Examples
+    --------
+    Runs in ``examples/make_a_robot_of_its_datasheet.py``.
     """
     machine = build(description)
     gearing = compute_gearing(sheet)

@@ -174,6 +174,10 @@ def search_regions(machine: Machine, starts: ArrayLike, directions: ArrayLike, *
         Places on a segment, both ends included.
     direction, turn, branch, point
         Direction and turn of the tool, see `reach_places`.
+
+    Examples
+    --------
+    Runs in ``examples/find_the_best_place_to_mill.py``.
     """
     measure = quantity or PlaceQuantity()
     first, ways = floats("starts", starts, (None, 3)).reshape(-1, 3), floats("directions", directions, (None, 3))

@@ -61,6 +61,10 @@ def choose_turns(machine: Machine, places: ArrayLike, direction: ArrayLike | Non
     """Return the turn about the tool that makes the weakest value of a quantity largest, at every place of a path.
 
     turns : rad, every 15 deg over a full turn where left out; largest_step : rad, an axis from one place to the next.
+
+    Examples
+    --------
+    Runs in ``examples/choose_the_branch_of_an_arm.py``.
     """
     targets = floats("places", places, (None, 3)).reshape(-1, 3)
     angles = np.radians(np.arange(-180, 180, 15.0)) if turns is None else np.atleast_1d(floats("turns", turns))
@@ -148,6 +152,10 @@ def compare_branches(machine: Machine, places: ArrayLike, direction: ArrayLike |
     """Return a quantity on every branch that reaches the first place, along all places.
 
     The branch of the greatest mean over the places that all of them reach comes first.
+
+    Examples
+    --------
+    Runs in ``examples/choose_the_branch_of_an_arm.py``.
     """
     targets = floats("places", places, (None, 3)).reshape(-1, 3)
     measure, values_by_branch = quantity or PlaceQuantity(), dict[str, FloatArray]()

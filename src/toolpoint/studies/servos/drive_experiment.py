@@ -167,6 +167,10 @@ def run_drives(
     ToolpointError
         For an axis of the program that the drives lack, faults of the description, an unstable servo (with its margin), a
         program that lasts too long, a circle of too few samples, or neither path nor circle (or both).
+
+    Examples
+    --------
+    Runs in ``examples/drive_a_circle.py``.
     """
     turning = [name for name, axis in drives.axes.items() if axis.mechanics.kind == "reducer"]
     if turning:

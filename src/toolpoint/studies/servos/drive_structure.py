@@ -10,7 +10,7 @@ import numpy as np
 from toolpoint._check import ToolpointError
 from toolpoint._doubt import Doubt
 from toolpoint.drives.axis.plant import Attachment, Structure
-from toolpoint.drives.description import DriveDescription
+from toolpoint.drives.description import DriveDescription, EndsDescription
 from toolpoint.drives.faults import check_description
 from toolpoint.machine import Machine
 from toolpoint.machine.assembly.system import assemble
@@ -52,10 +52,20 @@ def free_machine(drives: DriveDescription, machine: Machine) -> tuple[Machine, d
     if not ends:
         raise ToolpointError("machine: no axis of the drive file is a ball screw with 'ends' on a machine; leave it out, "
                              "or describe where the drives hold on")
-    free = machine.with_values({end.replaces: _FREED_STIFFNESS_RATIO * machine.value(end.replaces) for end in ends.values()})
+    free = machine.with_values({end.replaces: _FREED_STIFFNESS_RATIO * _replaced_stiffness(machine, name, end)
+                                for name, end in ends.items()})
     boundaries = {f"{name}.{side}": dof for name, end in ends.items()
                   for side, dof in (("base", end.base), ("table", end.table))}
     return free, boundaries, {name: end.tool for name, end in ends.items()}
+
+
+def _replaced_stiffness(machine: Machine, axis: str, ends: EndsDescription) -> float:
+    """Return the machine's own drive stiffness that a ball screw takes the place of; refuse one that the machine lacks."""
+    try:
+        return machine.value(ends.replaces)
+    except ToolpointError as error:
+        raise ToolpointError(f"axes.{axis}.ends.replaces: the machine {machine.description.name!r} has no such number "
+                             f"({error}); name the stiffness of that axis's drive in this machine's file") from error
 
 
 def structure_at(machine: Machine, pose: Mapping[str, float] | None, *, ends: Mapping[str, str], tools: Mapping[str, str]

@@ -126,6 +126,10 @@ def map_servo(drives: DriveDescription, *, machine: Machine, grid: Mapping[str, 
         Radius (m) and feed (m/s) of a circle simulated at every stable pose; the structure stays that of the pose.
     progress : callable, optional
         Called with the number of poses done and their number.
+
+    Examples
+    --------
+    Runs in ``examples/map_a_servo_over_the_workspace.py``.
     """
     if not 1 <= len(grid) <= 2:
         fail("grid", f"{len(grid)} axes", "a map has one or two")

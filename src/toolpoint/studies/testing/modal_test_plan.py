@@ -144,6 +144,10 @@ def plan_test(machine: Machine, number: int | None = None, *, pose: Pose | None 
     ------
     ToolpointError
         For fewer directions than modes, no mode below `highest`, bodies without extent.
+
+    Examples
+    --------
+    Runs in ``examples/plan_a_hammer_test.py``.
     """
     places = surface_points(machine, DEFAULT_CANDIDATE_POINTS, rng) if candidates is None else candidates
     modes, notes = _modes(machine, places, pose, highest)

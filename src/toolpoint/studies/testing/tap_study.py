@@ -171,6 +171,10 @@ def study_tap(x: HammerStudy | Frf, y: HammerStudy | Frf | None = None, values: 
         The tool's tip along x where there are several driving points.
     speeds : (lowest, highest), rev/min, optional
     rng : numpy.random.Generator
+
+    Examples
+    --------
+    Runs in ``examples/tap_a_tool.py``.
     """
     directions = [_direction("x", x, tip, progress)]
     if y is not None:

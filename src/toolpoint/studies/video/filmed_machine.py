@@ -13,6 +13,7 @@ from toolpoint.machine import Machine
 from toolpoint.machine.description import MachineDescription
 from toolpoint.studies.video.interfaces import InterfaceRanking, rank_interfaces
 from toolpoint.studies.video.record_poles import poles_of
+from toolpoint.studies.video.response_error import compare_updated, points_missing
 from toolpoint.studies.video.stated_views import question_views
 from toolpoint.studies.video.video_study import VideoStudy, study_video
 from toolpoint.studies.video.video_update import VideoUpdate, seen_places, update_from_videos
@@ -125,7 +126,19 @@ def study_videos(
     def repeat(others: Sequence[View]) -> VideoUpdate:
         return update_from_videos(machine, [studied(video.scan.clip, view) for video, view in zip(videos, others, strict=True)])
 
-    return FilmedMachine(videos, machine, replace(answer, stated=question_views(answer, repeat)))
+    return FilmedMachine(videos, machine, _with_responses(replace(answer, stated=question_views(answer, repeat)), machine,
+                                                          record, band))
+
+
+def _with_responses(answer: VideoUpdate, machine: Machine, record: Frf | Record | Modes | None, band: tuple[float, float] | None
+                    ) -> VideoUpdate:
+    """Return the update with measured responses beside the machine's, where they were measured at its points."""
+    if not isinstance(record, Frf):
+        return answer
+    if absent_points := points_missing(machine, record):
+        return replace(answer, response_note=f"FRAC: {', '.join(absent_points[:4])} of the measured responses are no points of "
+                                             "the machine; name them in its file under 'points:'")
+    return replace(answer, responses=compare_updated(machine, answer.machine, record, band=band))
 
 
 def shape_warp(video: VideoStudy) -> ShapeWarp:

@@ -16,6 +16,7 @@ from toolpoint.modal_identification import Identification, identify
 from toolpoint.studies.text_table import text_table
 from toolpoint.studies.video.camera_motion import find_camera_motion
 from toolpoint.studies.video.machine_view import body_regions
+from toolpoint.studies.video.record_poles import part_poles
 from toolpoint.studies.video.shape_modes import body_covariance, body_modes, window_modes
 from toolpoint.studies.video.video_doubts import MIN_SEEN_SIGMA, has_smoothed_frames, video_doubts
 from toolpoint.vibration import Dof, Modes
@@ -222,6 +223,10 @@ def study_video(
     ------
     ToolpointError
         Where nothing in the picture shows motion, and for what the parts refuse.
+
+    Examples
+    --------
+    Runs in ``examples/modes_from_a_clip.py``.
     """
     if machine is not None and not bodies:
         bodies = body_regions(machine, view or View(), clip.shape)
@@ -235,8 +240,7 @@ def study_video(
     all_windows = _all_windows(scanned, field, camera, side=side, method=method, progress=progress)
     decay, jumps = _decay(all_windows, regions, start, stop, is_smoothed=has_smoothed_frames(scanned, quality))
     lamps = lamps_everywhere(lamp_lines(scanned.survey.brightness, clip.frame_rate), scanned.survey.means, clip.frame_rate)
-    used_poles, identification = (poles, None) if poles is not None else _identify_poles(decay, all_windows, band,
-                                                                                         loss=quality.loss)
+    used_poles, identification, pole_notes = _chosen_poles(poles, decay, all_windows, band=band, loss=quality.loss)
     skip = count_transient_frames(field, used_poles.poles, decay.first, stop=decay.stop)
     shapes = point_shapes(field, used_poles.poles, decay.first, stop=decay.stop, skip=skip)
     line = clip.frame_rate / len(decay.components)
@@ -262,7 +266,7 @@ def study_video(
                           unseen=[i for i, name in enumerate(names) if motion_sigma[i] < MIN_SEEN_SIGMA
                                   and name in ("", FAINT_REMARK)],
                           of_record=poles is not None, jumps=jumps)
-    notes = (*quality.notes, *field.doubts,
+    notes = (*quality.notes, *pole_notes, *field.doubts,
              *(f"{name_line(f, clip.frame_rate)} at {f:.2f} Hz in the brightness" for f in lamps),
              *_advice(identification, names))
     return VideoStudy(scanned, quality, field, decay, identification, used_poles, names, motion_sigma, shapes, picture, moved,
@@ -300,6 +304,15 @@ def _decay(field: DisplacementField, bodies: Mapping[str, Region], start: float 
 
 def _remove_camera(field: DisplacementField, camera: CameraMotion | None) -> DisplacementField:
     return field if camera is None else without_camera(field, camera)
+
+
+def _chosen_poles(poles: Modes | None, decay: FreeDecay, field: DisplacementField, *, band: tuple[float, float] | None,
+                  loss: float) -> tuple[Modes, Identification | None, tuple[str, ...]]:
+    """Return the poles of a record that the video shows, or the video's own with their identification, and notes."""
+    if poles is not None:
+        chosen, notes = part_poles(poles, decay)
+        return chosen, None, notes
+    return *_identify_poles(decay, field, band, loss=loss), ()
 
 
 def _identify_poles(decay: FreeDecay, field: DisplacementField, band: tuple[float, float] | None, *, loss: float

@@ -18,11 +18,14 @@ from toolpoint.studies.measured.machine_update import MachineUpdate, agreements,
 from toolpoint.studies.measured.measured_update import MIN_UPDATED_MAC
 from toolpoint.studies.text_table import text_table
 from toolpoint.studies.video.interfaces import InterfaceRanking, rank_interfaces
+from toolpoint.studies.video.response_error import UpdatedResponses
 from toolpoint.studies.video.video_study import VideoStudy
 from toolpoint.updating import Targets
 from toolpoint.updating.fits.wide_search import name_undetermined, search_widely
 from toolpoint.vibration import Frf
 
+NO_RESPONSES = ("no measured responses: FRAC and the error over each joint parameter need them at points of the machine "
+                "(--record)")
 VALUES_HEADER = ("parameter", "value, SI", "95 % interval")
 # Deviation of a shape's entries over its root mean square that rigid bodies in a picture have at least. Of ten films of random
 # mills, bodies with few windows were off by up to 1.5 % of it; with half of this floor, stiffnesses that rest on the motion of
@@ -34,13 +37,16 @@ MIN_SHAPE_DEVIATION = 0.01
 class VideoUpdate(NotebookText):
     """Ranking of the interfaces and, where any of them moves, the machine updated to the videos.
 
-    stated : doubts of what was stated of the views, where others explain the videos (`question_views`).
+    stated : doubts of what was stated of the views, where others explain the videos (`question_views`); responses : measured
+    ones beside the machine's before and after, None where none were measured at its points; response_note : why.
     """
 
     ranking: InterfaceRanking
     update: MachineUpdate
     videos: tuple[VideoStudy, ...]
     stated: tuple[Doubt, ...] = ()
+    responses: UpdatedResponses | None = None
+    response_note: str = NO_RESPONSES
 
     @property
     def machine(self) -> Machine:
@@ -86,13 +92,15 @@ class VideoUpdate(NotebookText):
         """Return ranking, fit and agreement as text."""
         marks = mark_notes(doubt for doubt in self.doubts if doubt not in self.ranking.doubts)
         return "\n".join([*marks, self.ranking.table(), "",
-                          text_table("Updated to the videos", VALUES_HEADER, self.rows()), "", self.update.report()])
+                          text_table("Updated to the videos", VALUES_HEADER, self.rows()), "", self.update.report(), "",
+                          self.response_note if self.responses is None else self.responses.table()])
 
     def to_dict(self) -> dict[str, Any]:
         """Return ranking and fitted values (SI) as plain data."""
         fit = self.update.fit
         return {"doubts": list(self.doubts), "ranking": self.ranking.to_dict(), "values": fit.values,
                 "intervals": {name: list(fit.interval(name)) for name in fit.free},
+                "responses": None if self.responses is None else self.responses.to_dict(),
                 "undetermined": list(name_undetermined(fit)), "status": fit.status,
                 "mac": [agreement.mac.tolist() for agreement in self.update.all_after]}
 

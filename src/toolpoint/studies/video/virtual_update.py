@@ -12,6 +12,7 @@ from toolpoint._check import FloatArray
 from toolpoint._notebook import NotebookText
 from toolpoint.machine import Machine, assemble
 from toolpoint.studies.text_table import text_table
+from toolpoint.studies.video.response_error import ResponseError, sweep_response_error
 from toolpoint.studies.video.video_study import VideoStudy, study_video
 from toolpoint.studies.video.video_update import VALUES_HEADER, VideoUpdate, update_from_videos
 from toolpoint.studies.video.virtual_video import VirtualVideo, film_machine
@@ -38,7 +39,8 @@ FILMED_TRUTH: Mapping[str, float] = {
 class VirtualUpdate(NotebookText):
     """The videos, the update, and responses at the struck point: of the truth, before and after, with FRAC of each plane.
 
-    true_values : of the filmed machine, by path, SI.
+    error : of the updated machine's responses beside the truth's, over each joint parameter; true_values : of the filmed
+    machine, by path, SI.
     """
 
     videos: tuple[VideoStudy, ...]
@@ -46,6 +48,7 @@ class VirtualUpdate(NotebookText):
     truth: tuple[Frf, ...]
     before_update: tuple[Frf, ...]
     after_update: tuple[Frf, ...]
+    error: ResponseError
     true_values: Mapping[str, float] = field(default_factory=dict)
 
     @property
@@ -61,12 +64,13 @@ class VirtualUpdate(NotebookText):
         values = [[*row, f"{self.true_values[row[0]]:.5g}" if row[0] in self.true_values else ""] for row in self.update.rows()]
         return "\n".join([*(video.table() for video in self.videos), self.update.ranking.table(),
                           text_table("Updated to the videos", (*VALUES_HEADER, "filmed machine"), values),
-                          text_table("Responses against the truth", ("point", "FRAC before", "FRAC after"), rows)])
+                          text_table("Responses against the truth", ("point", "FRAC before", "FRAC after"), rows),
+                          self.error.table()])
 
     def to_dict(self) -> dict[str, Any]:
         """Return videos, ranking, values and FRAC as plain data."""
         return {"videos": [video.to_dict() for video in self.videos], "update": self.update.to_dict(),
-                "frac": self.frac.tolist()}
+                "frac": self.frac.tolist(), "error": self.error.to_dict()}
 
 
 def update_from_virtual_videos(
@@ -94,6 +98,10 @@ def update_from_virtual_videos(
     step : function of the name of the part that begins, optional
     recorded : function of a video and its plane to the clip that is measured, optional
         For example one that writes it compressed and reads it again.
+
+    Examples
+    --------
+    Runs in ``examples/find_the_soft_joints_in_two_videos.py``.
     """
     camera = camera or Camera(shape=PICTURE_SHAPE)
     filmed = machine.with_values(dict(truth))
@@ -116,4 +124,5 @@ def update_from_virtual_videos(
     responses = [[frequency_response.direct(assemble(model, None, (Dof(point, "+" + plane[0]),)), lines) for plane in planes]
                  for model in (filmed, machine, update.machine)]
     true_responses, before_update, after_update = (tuple(part) for part in responses)
-    return VirtualUpdate(tuple(videos), update, true_responses, before_update, after_update, dict(truth))
+    return VirtualUpdate(tuple(videos), update, true_responses, before_update, after_update,
+                         sweep_response_error(update.machine, true_responses), dict(truth))

@@ -106,6 +106,10 @@ def serve(folder: str | Path, *, port: int = 0, host: str = LOCAL_HOST, ready: C
         Folders beside the project's own from which blows may be recorded: that of a measuring program.
 
     Raises ToolpointError where the extra ``app`` is not installed, where the folder is none, and where a workbench of it runs.
+
+    Examples
+    --------
+    Runs in ``examples/share_a_project_as_a_folder.py``.
     """
     uvicorn = _load_uvicorn()
     if host in ANY_HOSTS:

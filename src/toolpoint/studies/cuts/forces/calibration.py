@@ -151,6 +151,10 @@ def calibrate(records: Sequence[tuple[str, Record]], test: CuttingTest) -> Calib
     """Fit cutting coefficients and run-out to measured forces.
 
     records : name and Record of each file, channels Fx, Fy and Fz in N; one feed per tooth each, or with a column ``feed``.
+
+    Examples
+    --------
+    Runs in ``examples/calibrate_cutting_coefficients.py``.
     """
     check_test(test)
     problem, cut = _problem(test)

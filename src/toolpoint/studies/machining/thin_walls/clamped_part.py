@@ -7,18 +7,42 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from toolpoint._check import IndexArray, fail, positive, suggestion, within
+from toolpoint._check import FloatArray, IndexArray, fail, positive, suggestion, within
 from toolpoint._doubt import Doubt
 from toolpoint.bodies.solid import Casting, SolidModel
+from toolpoint.bodies.solid.cut_solid import SpringHold
 from toolpoint.bodies.solid.region import SolidPlace
-from toolpoint.machine.description import MachineDescription
+from toolpoint.joints.linear import DIRECTIONS
+from toolpoint.machine.description import JointDescription, MachineDescription
 from toolpoint.machine.description.body import MACHINE_FRAME
 from toolpoint.machine.description.elastic import ElasticDescription, SolidBody
+from toolpoint.spatial.rotation import from_euler, skew
 
 DEFAULT_STAGE_CHANGE = 0.05  # relative change of a natural frequency from one stage to the next
 COARSE_MESH_RATIO = 1.5  # of the mesh beside which a casting's own is judged
 _MAX_COARSE_SHARE = 0.8  # of a part's elements, that a coarser mesh may have: with more it tells nothing
 _CHANGE_RANGE = (0.002, 0.5)
+
+
+@dataclass(frozen=True, eq=False)
+class ClampSpring:
+    """Clamp that yields: a face whose mean motion works against a stiffness.
+
+    place : on the model; stiffness : (6, 6), N/m, N and N m, of displacements and turns along the program's axes about
+    `centre` (3,), m; loss_factor.
+    """
+
+    place: SolidPlace
+    stiffness: FloatArray
+    centre: tuple[float, float, float]
+    loss_factor: float = 0.0
+
+    def on(self, model: SolidModel) -> SpringHold:
+        """Return the springs on a mesh of the part: the twist of the face's centre is carried to that of the clamp."""
+        carry = np.eye(6)
+        arm = np.asarray(self.centre) - self.place.centre_on(model)
+        carry[:3, 3:] = -skew(arm)  # v + w x arm
+        return SpringHold(self.place.averages(model), carry.T @ self.stiffness @ carry, self.loss_factor)
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,6 +64,8 @@ class ClampedPart:
     name : str
     doubts : sequence of Doubt
         Of its file: what of it is not taken.
+    springs : sequence of ClampSpring
+        Faces that are held by springs, beside those that do not move.
 
     Raises
     ------
@@ -61,6 +87,7 @@ class ClampedPart:
     coarse: SolidModel | None = None
     name: str = "the part"
     doubts: tuple[Doubt, ...] = ()
+    springs: tuple[ClampSpring, ...] = ()
 
     def __post_init__(self) -> None:
         if self.damping_ratio:
@@ -70,7 +97,7 @@ class ClampedPart:
                  remedy="give loss_factor to its material, or a damping ratio of the clamped part")
         if not _CHANGE_RANGE[0] <= self.stage_change <= _CHANGE_RANGE[1]:
             fail("stage_change", f"{self.stage_change:g}", f"must be from {_CHANGE_RANGE[0]:g} to {_CHANGE_RANGE[1]:g}")
-        if not self.held:
+        if not self.held and not self.springs:
             fail("held", "none", "must name a face at least that is clamped")
 
     @property
@@ -80,7 +107,12 @@ class ClampedPart:
 
     def nodes_of(self, model: SolidModel) -> IndexArray:
         """Return the numbers of the held nodes in a mesh of the part."""
-        return np.unique(np.concatenate([piece.nodes for place in self.held for piece in place.pieces(model)]))
+        nodes = [piece.nodes for place in self.held for piece in place.pieces(model)]
+        return np.unique(np.concatenate([np.zeros(0, np.int64), *nodes]))
+
+    def springs_on(self, model: SolidModel) -> list[SpringHold]:
+        """Return the springs of the clamps on a mesh of the part."""
+        return [spring.on(model) for spring in self.springs]
 
 
 def describe_part(description: MachineDescription, held: Sequence[str], *, damping_ratio: float = 0.0,
@@ -121,19 +153,40 @@ def describe_part(description: MachineDescription, held: Sequence[str], *, dampi
              remedy="leave `frame` out, and give its boxes or its mesh where the program cuts it")
     described: ElasticDescription | SolidBody | None = body.elastic if body.elastic is not None else body.solid
     assert described is not None
-    places = []
+    places, springs = list[SolidPlace](), list[ClampSpring]()
+    joints = {joint.child_interface: (key, joint) for key, joint in description.joints.items()
+              if joint.child == name and joint.stiffness}
     for each in held:
         if each not in described.interfaces:
             fail("held", repr(each), f"must be an interface of {name}: {', '.join(described.interfaces) or 'it has none'}",
                  remedy=suggestion(each, list(described.interfaces)))
-        places.append(within(f"interfaces.{each}", lambda part: part.place, described.interfaces[each]))
+        place = within(f"interfaces.{each}", lambda part: part.place, described.interfaces[each])
+        if each in joints:
+            springs.append(_spring(place, *joints[each]))
+        else:
+            places.append(place)
     coarse = None
     if isinstance(described, ElasticDescription) and isinstance(described.casting, Casting):
         coarse = described.casting.meshed(COARSE_MESH_RATIO * described.mesh_size)
     model = described.model
     if coarse is not None and coarse.element_count > _MAX_COARSE_SHARE * model.element_count:
         coarse = None  # boxes of one element are meshed alike
-    springs = [joint for joint, part in description.joints.items() if name in (part.parent, part.child) and part.stiffness]
-    doubts = [Doubt("clamping of the work", f"the springs of {', '.join(springs)} are left out: held faces do not move",
-                    "strike the clamped work, and compare its frequencies")] if springs else []
-    return ClampedPart(model, tuple(places), damping_ratio, stage_change, coarse, description.name, tuple(doubts))
+    unused = [key for key, joint in description.joints.items()
+              if name in (joint.parent, joint.child) and joint.stiffness
+              and (joint.child != name or joint.child_interface not in held)]
+    doubts = [Doubt("clamping of the work", f"the springs of {', '.join(unused)} are left out: they are at no face of `held`",
+                    "name the interface that they hold")] if unused else []
+    return ClampedPart(model, tuple(places), damping_ratio, stage_change, coarse, description.name, tuple(doubts),
+                       tuple(springs))
+
+
+def _spring(place: SolidPlace, key: str, joint: JointDescription) -> ClampSpring:
+    """Return the springs of a joint at a face: all six directions must have a stiffness, as none is locked there."""
+    rigid = [way for way in DIRECTIONS if way not in joint.stiffness]
+    if rigid:
+        fail("held", f"{key}: stiffness without {', '.join(rigid)}", "must have all six directions: a face on springs is "
+             "locked in none", remedy="give them, or leave stiffness out for a face that does not move")
+    turn = np.kron(np.eye(2), from_euler("zyx", joint.frame.rotation))
+    stiffness = turn @ np.diag([joint.stiffness[way] for way in DIRECTIONS]) @ turn.T
+    factors = joint.loss_factor if isinstance(joint.loss_factor, float | int) else max(joint.loss_factor.values(), default=0.0)
+    return ClampSpring(place, stiffness, joint.frame.at, float(factors))

@@ -29,7 +29,7 @@ def follow_part(work: ClampedPart, arcs: PlaceArcs, *, removed: RemovedMaterial,
                 progress: Callable[[int, int], None]) -> WorkCourse:
     """Return the response of a part at every place that cuts, see `follow_work`."""
     sweep = SweepTimes(removed.moves, removed.shapes)
-    cut = CutSolid(work.model, work.held_nodes, sweep)
+    cut = CutSolid(work.model, work.held_nodes, sweep, work.springs_on(work.model))
     course = choose_stages(work, cut, progress)
     contacts = contacts_of(arcs, removed, WALL_REACH)
     stage_of = course.stage_of(removed.piece[arcs.place])

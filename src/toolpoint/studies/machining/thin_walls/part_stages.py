@@ -142,7 +142,7 @@ def estimate_mesh_error(part: ClampedPart, course: StageCourse) -> float | None:
     """
     if part.coarse is None:
         return None
-    coarse = CutSolid(part.coarse, part.nodes_of(part.coarse), course.cut.sweep)
+    coarse = CutSolid(part.coarse, part.nodes_of(part.coarse), course.cut.sweep, part.springs_on(part.coarse))
     last = solve_stage(coarse, part, course.cut.sweep.count)
     ratio = (part.model.element_count / part.coarse.element_count) ** (1 / 3)
     return largest_change(course.stages[-1], last) / (ratio**_MESH_ORDER - 1)
