@@ -96,6 +96,11 @@ def test_saved_whole_or_not_at_all(tmp_path):
         report.save(blocked / "below")
 
 
+def test_a_file_name_of_a_plain_locale_is_written_as_its_bytes(tmp_path):
+    name = "Fräser.csv".encode().decode("ascii", errors="surrogateescape")  # as Python has it under LC_ALL=C
+    assert "Fräser.csv" in Report("Tap test", subtitle=name).save(tmp_path).read_text("utf-8")
+
+
 def test_failed_page_leaves_the_old_one(tmp_path, machine, shapes):
     path = Report("Old").save(tmp_path)
     broken = Report("New").with_section("x", Chart(poles(), click_view="nowhere"))

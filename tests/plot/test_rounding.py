@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from toolpoint._rounding import number_text, text_below, uncertainty_text, with_uncertainty
+from toolpoint._rounding import limit_text, number_text, plain_numbers, text_below, uncertainty_text, with_uncertainty
 
 
 @pytest.mark.parametrize(("value", "half", "text"), [
@@ -33,3 +33,16 @@ def test_numbers_without_one_have_four_digits():
 def test_a_limit_is_never_rounded_up(value, digits):
     shown = float(text_below(value, digits))
     assert shown <= value * (1 + 1e-9) and value - shown <= 1.01 * 10.0 ** (math.floor(math.log10(value)) - digits + 1)
+
+
+@pytest.mark.parametrize(("sentence", "words"), [
+    ("1.4e+04 times better", "14000 times better"), ("of 1.37e+03 N", "of 1370 N"), ("1e+02 or 1.1", "100 or 1.1"),
+    ("-1.2e-03 m", "-0.0012 m"), ("4e+08 N/m", "4e+08 N/m"), ("run_1.5e+04.csv", "run_1.5e+04.csv"), ("2.5e-07", "2.5e-07")])
+def test_a_sentence_has_digits_where_the_power_of_ten_is_small(sentence, words):
+    assert plain_numbers(sentence) == words
+
+
+@pytest.mark.parametrize(("value", "error", "text"), [
+    (9.1995, 0.0017, "9.19"), (10.074, 0.0, "10.0"), (8.496, 0.0078, "8.48"), (2.0, 0.3, "2.0 ± 0.3")])
+def test_a_limit_is_rounded_down_with_its_error_taken_off_or_printed(value, error, text):
+    assert limit_text(value, error) == text

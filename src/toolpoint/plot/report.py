@@ -132,7 +132,8 @@ class Report:
             target.parent.mkdir(parents=True, exist_ok=True)
             handle, draft = tempfile.mkstemp(dir=target.parent, prefix=".report-", suffix=".tmp")
             try:
-                with os.fdopen(handle, "w", encoding="utf-8", newline="\n") as file:
+                # Names of files reach Python as escaped bytes where the locale is none of UTF-8: the bytes are written again.
+                with os.fdopen(handle, "w", encoding="utf-8", errors="surrogateescape", newline="\n") as file:
                     file.write(text)
                 Path(draft).chmod(0o644)
                 Path(draft).replace(target)

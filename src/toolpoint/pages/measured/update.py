@@ -66,12 +66,17 @@ def update_page(result: MeasuredUpdate, warnings: Sequence[str] = ()) -> Report:
         "shows up in what moves.", "Standard errors are of the fit's linearisation at the value found.")
 
 
+def _relative_change(original: Machine, updated: MachineUpdate, name: str) -> float:
+    old, value = original.value(name), updated.machine.value(name)
+    return abs(value / old - 1) if old else np.inf
+
+
 def _answer(original: Machine, updated: MachineUpdate) -> str:
-    """Return what moved, by how much and how surely, and what the agreement has become."""
+    """Return what moved, most first, by how much and how surely, and what the agreement has become."""
     changes = []
-    for name in updated.fit.free:
+    for name in sorted(updated.fit.free, key=lambda name: -_relative_change(original, updated, name)):
         old, value, error = original.value(name), updated.machine.value(name), updated.fit.standard_error[name]
-        change = f" ({100 * (value / old - 1):+.0f} %)" if old else ""
+        change = f" ({100 * (value / old - 1):+.2g} %)" if old else ""
         changes.append(f"{name} to {with_uncertainty(value, 1.96 * error)}{change}")
     change_text = "; ".join(changes[:3]) + (f"; and {len(changes) - 3} more" if len(changes) > 3 else "")
     words = f"The data move {change_text} (SI, 95 %)" if changes else "The data move no parameter"

@@ -42,10 +42,13 @@ def force_pulses(pulses: Sequence[PulseCurve]) -> go.Figure:
 def force_spectra(frequency: FloatArray, spectra: Sequence[tuple[str, FloatArray]], band: tuple[float, float]) -> go.Figure:
     """Return force spectra (dB under their maximum) over frequency (Hz), the usable band shaded."""
     chart = figure("", 320)
+    names = list(dict.fromkeys(name for name, _ in spectra))  # spectra of one name are one entry of the legend
     for k, (name, level) in enumerate(spectra):
         decibels = 20 * np.log10(np.maximum(level, 1e-12 * level.max()) / level.max())
-        chart.add_scatter(x=np.float32(frequency), y=np.float32(decibels), mode="lines", name=plain(name),
-                          line={"color": COLOURS[k % len(COLOURS)], "width": 1.5}, hovertemplate="%{x:.5g} Hz: %{y:.1f} dB")
+        chart.add_scatter(x=np.float32(frequency), y=np.float32(decibels), mode="lines", name=plain(name), legendgroup=name,
+                          showlegend=name not in [earlier for earlier, _ in spectra[:k]],
+                          line={"color": COLOURS[names.index(name) % len(COLOURS)], "width": 1.5},
+                          hovertemplate="%{x:.5g} Hz: %{y:.1f} dB")
     chart.add_vrect(x0=band[0], x1=band[1], fillcolor="rgba(46,204,113,0.12)", line_width=0)
     # ISO 7626-5: the force spectrum of the band used falls by no more than 20 dB.
     chart.add_hline(y=-20, line={"dash": "dot", "width": 1})
