@@ -162,7 +162,7 @@ def test_rapids_and_holders_are_named_with_line_and_place() -> None:
 
 
 def test_travel_counts_rapids_and_a_tool_longer_than_z() -> None:
-    """A rapid beyond the travel, a raised one to the reference point that is not, and a tool that Z cannot lift over the work."""
+    """A rapid beyond the travel, a raised one to the reference point that is not, and a tool longer than the travel of Z."""
     text = "G0 X0 Y0\nG0 Z150\nG1 Z-1 F100\nG91 G28 Z0\nG90\nM30\n"
     path, axes = parse(text, start=(0, 0, 0.1)).path, {"Z": (-0.2, 0.1)}
     raised = raise_reference_moves(path, text, 0.12)
