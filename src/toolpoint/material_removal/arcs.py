@@ -20,8 +20,8 @@ SAMPLE_ANGLE = 0.1048  # rad (6 degrees) between samples of a slice: an arc betw
 MAX_ARCS = 3  # of a slice; further ones are joined to the last
 _EDGE_NUDGE = 1e-3  # rad, from the ends of the range of a chip to its first sample
 _ARC_BISECTIONS = 10  # halvings of 6 degrees: 0.006 degrees
-_WIDE_MARGIN = 1  # further dexels on each side, whose owners are asked at the ends of an arc too
-_OUTSIDE_GAP_RATIO = 1e-6  # of the radius (and 1 mm): distance outside the edge at which material is asked for
+_WIDE_MARGIN = 3  # further dexels on each side, whose owners are asked at the ends of an arc too
+OUTSIDE_GAP_RATIO = 1e-6  # of the radius (and 1 mm): distance outside the edge at which material is asked for
 _TOUCH_FACTOR, _MAX_TOUCH = 1.5, 0.0087  # of the angle over which a wall that is only touched lies within that gap; rad
 _REACH_MARGIN = 1.5  # cells by which the reach is widened at first: the slices show then where the edge cuts
 _REACH_ROUNDS = 2  # largest number of times that slices are laid anew over a shorter reach, where not all of them cut
@@ -75,7 +75,7 @@ def is_cut(work, tip, way, edge, phi, margin=0):
     s, c = math.sin(phi), math.cos(phi)
     nx, ny = s * way[0] - c * way[1], s * way[1] + c * way[0]
     height, kappa, radius = edge
-    gap = _OUTSIDE_GAP_RATIO * (radius + 1e-3)
+    gap = OUTSIDE_GAP_RATIO * (radius + 1e-3)
     r = radius + gap * math.sin(kappa)
     return has_material(work, tip[0] + r * nx, tip[1] + r * ny, tip[2] + height - gap * math.cos(kappa), margin)
 
@@ -148,7 +148,7 @@ def _keep_arc(work, tip, way, edge, ends, arcs, count):
     if math.isnan(leave):  # only a touch at the other end, thinner than the look from this one
         return count
     # Along a wall that an earlier pass has left, material lies within the gap outside the edge over this angle: no chip.
-    touch = math.sqrt(2.0 * _OUTSIDE_GAP_RATIO * (edge[2] + 1e-3) / edge[2])
+    touch = math.sqrt(2.0 * OUTSIDE_GAP_RATIO * (edge[2] + 1e-3) / edge[2])
     if leave - entry < min(_TOUCH_FACTOR * touch, _MAX_TOUCH):
         return count
     if count < arcs.shape[0]:
