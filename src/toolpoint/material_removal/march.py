@@ -17,8 +17,8 @@ from toolpoint.material_removal.surface import Work, cut_move, touch_move
 
 _PIECES_PER_CALL = 4000  # pieces of one call of the kernel: between calls progress is reported and an interruption heard
 _MAX_CONTACTS = 2000  # contacts kept of each kind
-# Of the gap outside the edge at which material is asked for: how much before its end a motion is looked at there. The wall that is
-# touched at the end then lies outside the gap but for a twentieth of a degree.
+# Of the gap outside the edge at which material is asked for: how much before its end a motion is looked at there. The wall that
+# is touched at the end then lies outside the gap but for a twentieth of a degree.
 _HALT_LOOK = 1000.0
 _RAPID_CONTACT, _HOLDER_CONTACT = 0, 1  # kinds of contacts: indices of `COLLISION_KINDS`
 
@@ -56,8 +56,8 @@ def march(work: Work, pieces: Moves, places: tuple[np.ndarray, np.ndarray, np.nd
     held = np.zeros((pieces.count, max(lifts.shape[1], 1), 4))
     for first in range(0, pieces.count, _PIECES_PER_CALL):
         last = min(first + _PIECES_PER_CALL, pieces.count)
-        _march(work, (first, last), (first_place, at_start, is_sampled, halts), (pieces.first, pieces.last), pieces.rapid, flutes,
-               (numbers, lifts, rows), (result.reach, result.arcs, result.arc_count, result.volume, touched, held))
+        _march(work, (first, last), (first_place, at_start, is_sampled, halts), (pieces.first, pieces.last), pieces.rapid,
+               flutes, (numbers, lifts, rows), (result.reach, result.arcs, result.arc_count, result.volume, touched, held))
         if progress is not None:
             progress(last, pieces.count)
     for k in np.flatnonzero(pieces.rapid & (touched[:, 0] > settings.tolerance))[:_MAX_CONTACTS]:
@@ -90,15 +90,15 @@ def find_halts(pieces: Moves, at_start: np.ndarray, piece: np.ndarray) -> np.nda
 def _end_early(row, length):  # type: ignore[no-untyped-def]
     """Let a row of a move end a length (m) before its end, or in its middle where it is shorter than twice that."""
     if row[6] == 1.0:
-        whole = abs(row[11]) * row[9]
-        share = 1.0 - min(length / whole, 0.5) if whole > 0.0 else 1.0
+        total = abs(row[11]) * row[9]
+        share = 1.0 - min(length / total, 0.5) if total > 0.0 else 1.0
         row[11] *= share
         row[3] = row[7] + row[9] * math.cos(row[10] + row[11])
         row[4] = row[8] + row[9] * math.sin(row[10] + row[11])
         row[5] = row[2] + share * (row[5] - row[2])
         return
-    whole = math.sqrt((row[3] - row[0]) ** 2 + (row[4] - row[1]) ** 2 + (row[5] - row[2]) ** 2)
-    share = 1.0 - min(length / whole, 0.5) if whole > 0.0 else 1.0
+    total = math.sqrt((row[3] - row[0]) ** 2 + (row[4] - row[1]) ** 2 + (row[5] - row[2]) ** 2)
+    share = 1.0 - min(length / total, 0.5) if total > 0.0 else 1.0
     for i in range(3):
         row[3 + i] = row[i] + share * (row[3 + i] - row[i])
 
@@ -117,7 +117,7 @@ def _march(work, span, places, ways, rapid, flutes, bodies, out):  # type: ignor
             touch_move(work, k, rows[tool, part], lifts[tool, part], box, held[k, part])
         is_near = False
         for n in range(first_place[k], first_place[k + 1]):
-            # Where the motion ends, a wall of an earlier pass may lie along the whole edge and is not cut: the tool is looked at
+            # Where the motion ends, a wall of an earlier pass may lie along the total edge and is not cut: the tool is looked at
             # just before it is there.
             is_early = halts[k] and is_sampled[n] and not at_start[n]
             if is_early:

@@ -59,7 +59,7 @@ def remove_material(pieces: Moves, stock: Stock, shapes: Sequence[MillShape], *,
     owners = np.full((OWNER_LAYERS, *height.shape), -1, np.int32)
     work = Work(dexels.x, dexels.y, dexels.spacing, height, owners[0], owners[1], owners[2], owners[3],
                 dexels.intervals,
-                np.ascontiguousarray(pieces.rows), joined, final, np.zeros(1, np.int64),
+                np.ascontiguousarray(pieces.rows), joined, final, np.zeros(2, np.int64),
                 np.array([shape.array for shape in shapes]), stock.kind, np.array(stock.lower), np.array(stock.upper))
     piece, at_start = places_of(pieces)
     is_sampled = ~pieces.rapid[piece] if sampled is None else sampled

@@ -33,9 +33,10 @@ class Work(NamedTuple):
 
     x0, y0 : centre of the first dexel, m; spacing : m; height : (nx, ny) of the remaining material, m; owner, earlier_owner :
     (nx, ny) the piece that cut a dexel last and the owner before it, -1 where none; equal_owner, earlier_equal :
-    (nx, ny) the last piece of another move that came down just as deep as the owner, and the one before it, -1 where none; intervals : (nx, ny, n, 2) of the stock, m;
-    moves : (pieces, 13) rows of `envelope`; joined : the same from the beginning of each piece's move to the piece's end;
-    final : (pieces,) last piece of each piece's move; now : (1,) the piece that was cut last; shapes : (tools, 5) rows of
+    (nx, ny) the last piece of another move that came down just as deep as the owner, and the one before it, -1 where none;
+    intervals : (nx, ny, n, 2) of the stock, m; moves : (pieces, 13) rows of `envelope`; joined : the same from the beginning of each piece's move to the piece's end;
+    final : (pieces,) last piece of each piece's move; now : (2,) the piece that was cut last, and whether any dexel has
+    an equal owner; shapes : (tools, 5) rows of
     `SHAPE_COLUMNS`; kind, lower, upper : of the stock, see `Stock`.
     """
 
@@ -148,7 +149,7 @@ def cut_height(work, x, y):
     height_min = math.inf
     for m in (i0, i1):
         for n in (j0, j1):
-            for layer in range(OWNER_LAYERS):
+            for layer in range(OWNER_LAYERS if work.now[1] else 2):
                 k = move_of(work, layer, m, n)
                 if k >= 0:
                     height_min = min(height_min, lowest(work.joined, work.shapes, k, x, y))
@@ -178,7 +179,7 @@ def has_material(work, x, y, z, margin):
     j = math.floor((y - work.y0) / work.spacing)
     nx, ny = work.owner.shape
     previous = -1
-    for layer in range(OWNER_LAYERS):
+    for layer in range(OWNER_LAYERS if work.now[1] else 2):
         for m in range(min(max(i - margin, 0), nx - 1), min(max(i + 1 + margin, 0), nx - 1) + 1):
             for n in range(min(max(j - margin, 0), ny - 1), min(max(j + 1 + margin, 0), ny - 1) + 1):
                 k = move_of(work, layer, m, n)
@@ -221,7 +222,7 @@ def _keep_equal(work, k, i, j):
         return
     if equal >= 0 and work.final[equal] != work.final[k]:
         work.earlier_equal[i, j] = equal
-    work.equal_owner[i, j] = k
+    work.equal_owner[i, j], work.now[1] = k, 1
 
 
 @njit(cache=True, nogil=True)
