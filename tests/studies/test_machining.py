@@ -161,8 +161,30 @@ def test_rapids_and_holders_are_named_with_line_and_place() -> None:
     assert any(doubt.what == "cut below the stock" for doubt in deep.doubts)
 
 
+def test_walls_of_the_level_above_are_touched_and_not_cut() -> None:
+    """The same square at two levels: each takes its own 2 mm with the same force, in its corners too. Before, a corner counted
+    as cut as deep as all levels above, as the tool lies there along the whole wall that they left."""
+    square = "G1 X12 F1000\nY10\nX0\nY0\n"
+    text = "S9000 G0 X0 Y0 Z5\n" + "".join(f"G1 Z-{2 * k} F200\n{square}" for k in (1, 2)) + "G0 Z9\nM30"
+    result = _run(text, stock=Stock.box((-0.01, -0.01, -0.02), (0.03, 0.03, 0)), cut={**STRAIGHT, "edge_tangential": 0.0},
+                  slices=4)
+    cuts = result.blocks.verdict > 0
+    assert cuts.sum() == 8 and 1e3 * result.blocks.depth[cuts] == pytest.approx(2.0, abs=0.02)
+    assert np.ptp(result.blocks.loads["lateral"][cuts]) < 0.01 * result.blocks.loads["lateral"].max()
+
+
+def test_a_ramp_to_and_fro_cuts_twice_its_step_at_its_ends() -> None:
+    """A slot in ramps that all end at the same walls: at an end the step of two ramps stands before the tool, no more."""
+    step, ends = 0.5, (1.0, 13.0)
+    text = "S9000 G0 X1 Y0 Z0.1\nG1 Z0 F200\n" + "".join(
+        f"G1 X{ends[(k + 1) % 2]:g} Z-{step * (k + 1):g} F1000\n" for k in range(6)) + "G0 Z9\nM30"
+    result = _run(text, stock=Stock.box((-0.01, -0.01, -0.02), (0.03, 0.03, 0)), cut=STRAIGHT)
+    deepest = result.blocks.depth[result.blocks.verdict > 0][1:]
+    assert 1e3 * deepest == pytest.approx(2 * step, rel=0.02)
+
+
 def test_travel_counts_rapids_and_a_tool_longer_than_z() -> None:
-    """A rapid beyond the travel, a raised one to the reference point that is not, and one that Z cannot lift over the work."""
+    """A rapid beyond the travel, a raised one to the reference point that is not, and a tool longer than the travel of Z."""
     text = "G0 X0 Y0\nG0 Z150\nG1 Z-1 F100\nG91 G28 Z0\nG90\nM30\n"
     path, axes = parse(text, start=(0, 0, 0.1)).path, {"Z": (-0.2, 0.1)}
     raised = raise_reference_moves(path, text, 0.12)

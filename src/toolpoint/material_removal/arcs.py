@@ -21,7 +21,9 @@ MAX_ARCS = 3  # of a slice; further ones are joined to the last
 _EDGE_NUDGE = 1e-3  # rad, from the ends of the range of a chip to its first sample
 _ARC_BISECTIONS = 10  # halvings of 6 degrees: 0.006 degrees
 _WIDE_MARGIN = 1  # further dexels on each side, whose owners are asked at the ends of an arc too
-_OUTSIDE_GAP_RATIO = 1e-6  # of the radius (and 1 mm): distance outside the edge at which material is asked for
+_WALL_MARGIN = 3  # the same of an upright edge, that may lie along a wall where several passes of one level cross
+_UPRIGHT_ANGLE = 1.5  # rad: immersion angle from which on an edge is upright
+OUTSIDE_GAP_RATIO = 1e-6  # of the radius (and 1 mm): distance outside the edge at which material is asked for
 _TOUCH_FACTOR, _MAX_TOUCH = 1.5, 0.0087  # of the angle over which a wall that is only touched lies within that gap; rad
 _REACH_MARGIN = 1.5  # cells by which the reach is widened at first: the slices show then where the edge cuts
 _REACH_ROUNDS = 2  # largest number of times that slices are laid anew over a shorter reach, where not all of them cut
@@ -75,7 +77,7 @@ def is_cut(work, tip, way, edge, phi, margin=0):
     s, c = math.sin(phi), math.cos(phi)
     nx, ny = s * way[0] - c * way[1], s * way[1] + c * way[0]
     height, kappa, radius = edge
-    gap = _OUTSIDE_GAP_RATIO * (radius + 1e-3)
+    gap = OUTSIDE_GAP_RATIO * (radius + 1e-3)
     r = radius + gap * math.sin(kappa)
     return has_material(work, tip[0] + r * nx, tip[1] + r * ny, tip[2] + height - gap * math.cos(kappa), margin)
 
@@ -148,7 +150,7 @@ def _keep_arc(work, tip, way, edge, ends, arcs, count):
     if math.isnan(leave):  # only a touch at the other end, thinner than the look from this one
         return count
     # Along a wall that an earlier pass has left, material lies within the gap outside the edge over this angle: no chip.
-    touch = math.sqrt(2.0 * _OUTSIDE_GAP_RATIO * (edge[2] + 1e-3) / edge[2])
+    touch = math.sqrt(2.0 * OUTSIDE_GAP_RATIO * (edge[2] + 1e-3) / edge[2])
     if leave - entry < min(_TOUCH_FACTOR * touch, _MAX_TOUCH):
         return count
     if count < arcs.shape[0]:
@@ -162,16 +164,17 @@ def _keep_arc(work, tip, way, edge, ends, arcs, count):
 def _checked_end(work, tip, way, edge, end, other):
     """Return the end of an arc moved inwards to where there is material by a wider look; not a number for none."""
     width = other - end
+    margin = _WALL_MARGIN if edge[1] > _UPRIGHT_ANGLE else _WIDE_MARGIN
     previous = end + math.copysign(min(_EDGE_NUDGE, 0.25 * abs(width)), width)
-    if is_cut(work, tip, way, edge, previous, _WIDE_MARGIN):
+    if is_cut(work, tip, way, edge, previous, margin):
         return end
     number = math.ceil(abs(width) / SAMPLE_ANGLE) + 1
     for k in range(1, number + 1):
         phi = end + width * k / (number + 1)
-        if is_cut(work, tip, way, edge, phi, _WIDE_MARGIN):
+        if is_cut(work, tip, way, edge, phi, margin):
             for _ in range(_ARC_BISECTIONS):
                 middle = 0.5 * (previous + phi)
-                if is_cut(work, tip, way, edge, middle, _WIDE_MARGIN):
+                if is_cut(work, tip, way, edge, middle, margin):
                     phi = middle
                 else:
                     previous = middle

@@ -49,16 +49,17 @@ def remove_material(pieces: Moves, stock: Stock, shapes: Sequence[MillShape], *,
     """
     from toolpoint.material_removal.cell_volumes import measure_by_lines
     from toolpoint.material_removal.march import march  # brings the compiler
-    from toolpoint.material_removal.surface import Work, begin_heights, measure_volumes
+    from toolpoint.material_removal.surface import OWNER_LAYERS, Work, begin_heights, measure_volumes
 
     _check_place(pieces, stock, shapes)
     dexels = stock.laid_out(settings.spacing)
     height = np.empty(dexels.intervals.shape[:2])
     begin_heights(dexels.intervals, height)
     joined, final = pieces.joined()
-    owners = np.full((2, *height.shape), -1, np.int32)
-    work = Work(dexels.x, dexels.y, dexels.spacing, height, owners[0], owners[1], dexels.intervals,
-                np.ascontiguousarray(pieces.rows), joined, final, np.zeros(1, np.int64),
+    owners = np.full((OWNER_LAYERS, *height.shape), -1, np.int32)
+    work = Work(dexels.x, dexels.y, dexels.spacing, height, owners[0], owners[1], owners[2], owners[3],
+                dexels.intervals,
+                np.ascontiguousarray(pieces.rows), joined, final, np.zeros(2, np.int64),
                 np.array([shape.array for shape in shapes]), stock.kind, np.array(stock.lower), np.array(stock.upper))
     piece, at_start = places_of(pieces)
     is_sampled = ~pieces.rapid[piece] if sampled is None else sampled

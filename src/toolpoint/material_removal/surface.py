@@ -23,6 +23,7 @@ from toolpoint.material_removal.envelope import lowest, lowest_of_arc, lowest_of
 _LATTICE_SIZE, _LATTICE_STEP = 89, 55  # points of the Fibonacci lattice in a cell at a wall, and its step: an edge along the
 # grid is placed within 1/89 of the cell
 
+OWNER_LAYERS = 4  # moves that are kept of a dexel, see `Work`
 _EDGE_BEND = 0.02  # of the spacing: ends of a stock's dexels in a row that bend more are those of an edge
 _WALL_BEND = 0.2  # of the spacing: heights of three dexels in a row that bend more are those of a wall
 
@@ -31,9 +32,11 @@ class Work(NamedTuple):
     """Arrays of the work in a form that kernels read: grid, heights and owners, moves, shapes, stock.
 
     x0, y0 : centre of the first dexel, m; spacing : m; height : (nx, ny) of the remaining material, m; owner, earlier_owner :
-    (nx, ny) the piece that cut a dexel last and the owner before it, -1 where none; intervals : (nx, ny, n, 2) of the stock, m;
-    moves : (pieces, 13) rows of `envelope`; joined : the same from the beginning of each piece's move to the piece's end;
-    final : (pieces,) last piece of each piece's move; now : (1,) the piece that was cut last; shapes : (tools, 5) rows of
+    (nx, ny) the piece that cut a dexel last and the owner before it, -1 where none; equal_owner, earlier_equal :
+    (nx, ny) the last piece of another move that came down just as deep as the owner, and the one before it, -1 where none;
+    intervals : (nx, ny, n, 2) of the stock, m; moves : (pieces, 13) rows of `envelope`; joined : the same from the beginning of each piece's move to the piece's end;
+    final : (pieces,) last piece of each piece's move; now : (2,) the piece that was cut last, and whether any dexel has
+    an equal owner; shapes : (tools, 5) rows of
     `SHAPE_COLUMNS`; kind, lower, upper : of the stock, see `Stock`.
     """
 
@@ -43,6 +46,8 @@ class Work(NamedTuple):
     height: np.ndarray
     owner: np.ndarray
     earlier_owner: np.ndarray
+    equal_owner: np.ndarray
+    earlier_equal: np.ndarray
     intervals: np.ndarray
     moves: np.ndarray
     joined: np.ndarray
@@ -144,7 +149,7 @@ def cut_height(work, x, y):
     height_min = math.inf
     for m in (i0, i1):
         for n in (j0, j1):
-            for layer in range(2):
+            for layer in range(OWNER_LAYERS if work.now[1] else 2):
                 k = move_of(work, layer, m, n)
                 if k >= 0:
                     height_min = min(height_min, lowest(work.joined, work.shapes, k, x, y))
@@ -153,10 +158,12 @@ def cut_height(work, x, y):
 
 @njit(cache=True, nogil=True, inline="always")
 def move_of(work, layer, i, j):
-    """Return the row of `joined` of the move that cut a dexel last (layer 1: of its earlier owner) up to the present piece;
-    -1 where
-    none has."""
-    k = work.owner[i, j] if layer == 0 else work.earlier_owner[i, j]
+    """Return the row of `joined` of the move that cut a dexel last (layer 1: of its earlier owner, 2 and 3: of those that came
+    as deep) up to the present piece; -1 where none has."""
+    if layer < 2:
+        k = work.owner[i, j] if layer == 0 else work.earlier_owner[i, j]
+    else:
+        k = work.equal_owner[i, j] if layer == 2 else work.earlier_equal[i, j]
     return k if k < 0 else min(work.final[k], work.now[0])
 
 
@@ -172,7 +179,7 @@ def has_material(work, x, y, z, margin):
     j = math.floor((y - work.y0) / work.spacing)
     nx, ny = work.owner.shape
     previous = -1
-    for layer in range(2):
+    for layer in range(OWNER_LAYERS if work.now[1] else 2):
         for m in range(min(max(i - margin, 0), nx - 1), min(max(i + 1 + margin, 0), nx - 1) + 1):
             for n in range(min(max(j - margin, 0), ny - 1), min(max(j + 1 + margin, 0), ny - 1) + 1):
                 k = move_of(work, layer, m, n)
@@ -207,6 +214,17 @@ def box_of(work, k, radius, box):
     box[3] = min(math.floor((max(row[1], row[4]) + reach - work.y0) / work.spacing), ny - 1)
 
 
+@njit(cache=True, nogil=True, inline="always")
+def _keep_equal(work, k, i, j):
+    """Keep a piece that comes down to the height of a dexel's owner: where two passes cross, each has walls of its own."""
+    owner, equal = work.owner[i, j], work.equal_owner[i, j]
+    if owner < 0 or work.final[owner] == work.final[k]:
+        return
+    if equal >= 0 and work.final[equal] != work.final[k]:
+        work.earlier_equal[i, j] = equal
+    work.equal_owner[i, j], work.now[1] = k, 1
+
+
 @njit(cache=True, nogil=True)
 def cut_move(work, k, box, place):
     """Remove the material that piece k sweeps; return the volume (m^3) and whether any column beneath rises above its lowest
@@ -224,11 +242,13 @@ def cut_move(work, k, box, place):
         x = work.x0 + i * work.spacing
         for j in range(box[2], box[3] + 1):
             height_before = work.height[i, j]
-            if height_before <= tip:
+            if height_before < tip:
                 continue
-            is_near = True
+            is_near |= height_before > tip
             y = work.y0 + j * work.spacing
             z = lowest(work.moves, work.shapes, k, x, y)
+            if z == height_before:
+                _keep_equal(work, k, i, j)
             if z < height_before:
                 if height_before - z > place[0]:
                     place[0], place[1], place[2], place[3] = height_before - z, x, y, z

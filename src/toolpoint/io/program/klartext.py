@@ -24,6 +24,7 @@ _AXIS = re.compile(r"\s*(I?)([XYZABC])\s*(?=[+\-\dQ.])")
 _WORDS_WITHOUT_MOTION = re.compile(r"(TOOL (?:CALL|DEF)|CYCL (?:DEF|CALL)|BLK FORM|BEGIN PGM|STOP|TCH PROBE|FN "
                                    r"?1[0-9](?!\d)|FN ?18|"
                     r"FUNCTION|PATTERN|SEL|M\d|\*|Q\d+\s*=)")
+_UNKNOWN_RISE = 1e-6  # m, of a move to a height that the program does not hold; `raise_reference_moves` takes it over the stock
 _FN_GOTO = re.compile(r"FN\s*(9|10|11|12)\s*:\s*IF\s*(.+?)\s*(EQU|NE|GT|LT)\s*(.+?)\s*GOTO\s*LBL\s*\"?(\w+)")
 _COMPENSATION = re.compile(r"\bR([LR0])(?![\w.])")
 _DEFINED_RADIUS = re.compile(r"TOOL DEF\s+(\d+)\b.*\bR\s*([+-]?[\d.]+)")
@@ -78,7 +79,7 @@ def run(text: str, state: ControlModes, name: str) -> Program:
     # Blocks are numbered, also those that hold a comment alone.
     lines = [(number, re.sub(r"^\s*\d+(?:\s+(?=\D)|\s*$)", "", line.split(";", 1)[0]).strip().upper().rstrip("~ "))
              for number, line in enumerate(text.splitlines(), 1)]
-    lines = [(number, line) for number, line in lines if line]
+    lines = [(number, re.sub(r"(?<=\d),(?=\d|\s|$)", ".", line)) for number, line in lines if line]  # decimal commas
     labels: dict[str, int] = {}
     for k, (_, line) in enumerate(lines):
         if match := re.match(r"LBL\s+\"?(\w+)", line):
@@ -163,6 +164,9 @@ def _line(reader: _Klartext, number: int, line: str) -> None:
         for i, value in _axes(reader, match[1])[0].items():
             reader.center[i] = value
     elif match := re.match(r"(LP|CP|CT|L|CR|C|LN)\b(.*)", line):
+        if re.search(r"\bM(?:91|92|140)\b", line):
+            _leave_work(reader, number, line)
+            return
         _move(reader, number, match[1], match[2])
         if re.search(r"\bM89\b", line):
             reader.cycles.is_modal = True
@@ -200,6 +204,21 @@ def _line(reader: _Klartext, number: int, line: str) -> None:
         state.remarks.without_motion(number, re.sub(r"\s+", " ", match[1]))
     else:
         raise ExpressionFault(f"{line.split()[0]} is not in the subset of Klartext")
+
+
+def _leave_work(reader: _Klartext, number: int, line: str) -> None:
+    """Rise by a block M140, or go to places of the machine (M91, M92), which are not known in the work: X and Y stay."""
+    state, end = reader.state, list(reader.state.position)
+    lift = re.search(r"\bMB\s*([\d.]+)", line)
+    if "M140" in line and lift is not None:
+        end[2] += float(lift[1]) * state.scale
+    elif "M140" in line or re.search(r"\bZ\s*[+\-\dQ.]", line):
+        end[2] += _UNKNOWN_RISE
+        state.remarks.note(number, "M91, M92 and M140 MB MAX leave the work: the tool is taken to stand over the stock then")
+    for word in re.findall(r"\bM(\d+)", line):
+        reader.words.append((number, "M", float(word)))
+    if end != state.position:
+        state.rapid(number, end)
 
 
 def _contour_end(reader: _Klartext, number: int, line: str) -> None:

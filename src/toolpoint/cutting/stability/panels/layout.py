@@ -150,10 +150,24 @@ def turning_points(problem: MillingProblem, depth: float, slopes: FloatArray) ->
                 z, _, r = place(u, corner, radius)
                 return float(limits(arc.entry, arc.exit, radius / max(r, 1e-9 * radius))[wall] + slope * z)
 
-            rise = np.sign(np.diff([angle(u) for u in grid]))
+            rise = np.sign(np.diff(_wall_angles(problem, grid, wall) + slope * _corner_heights(problem, grid)))
             lengths += [_turning_length(angle, float(grid[i]), float(grid[i + 2]), float(rise[i]))
                       for i in np.flatnonzero(rise[:-1] * rise[1:] < 0)]
     return np.unique(np.array(lengths))
+
+
+def _corner_heights(problem: MillingProblem, lengths: FloatArray) -> FloatArray:
+    """Return the heights of places on the corner, as `kernels.place` gives them one by one."""
+    corner = problem.tool.corner_radius
+    return np.asarray(corner * (1 - np.cos(np.minimum(lengths / corner, 0.5 * np.pi))))
+
+
+def _wall_angles(problem: MillingProblem, lengths: FloatArray, wall: int) -> FloatArray:
+    """Return the entry (wall 0) or exit (1) at places on the corner, as `kernels.limits` gives them one by one."""
+    arc, radius, corner = problem.engagement, problem.tool.radius, problem.tool.corner_radius
+    local = radius - corner + corner * np.sin(np.minimum(lengths / corner, 0.5 * np.pi))
+    ratio, angle = radius / np.maximum(local, 1e-9 * radius), (arc.entry, arc.exit)[wall]
+    return np.where(ratio == 1.0, angle, np.arccos(np.clip(np.cos(angle) * ratio, -1.0, 1.0)))
 
 
 def _turning_length(angle: Callable[[float], float], length_min: float, length_max: float, rising: float) -> float:
