@@ -146,8 +146,9 @@ def identify_joints(
     coordinate_deviation : float
         Standard deviation of each coordinate of the measured points, m: its effect is carried into all intervals.
     calibration_deviation : float, optional
-        Standard deviation of the gain common to all responses (force and motion), as a share of it. With it the driving
-        points tell the common factor of masses that are uncertain; without it they only check them (`modal_scale`).
+        Standard deviation of the gain of each channel (the force, each direction of the sensor), as a share of it. With it the
+        driving points tell the common factor of masses that are uncertain; without it they only check them (`modal_scale`), and
+        1 % is taken for the directions (`sensor_gains`).
 
     Raises
     ------
@@ -193,8 +194,9 @@ def identify_joints(
         _check_masses(parts, joints, masses)
         if np.iscomplexobj(aligned.shape):
             parts, motions, place_doubts = motions_of(aligned, gains, components=components)
+        common = calibration_deviation if calibration_deviation is None or gains is None else gains.common_deviation
         fit = partial(whole_machine, aligned, parts, motions, relatives=relatives, masses=masses, scale=scale_deviations(modes),
-                      calibration=calibration_deviation, mixing=mixing_in_phase(modes))
+                      calibration=common, mixing=mixing_in_phase(modes))
         try:
             fitted, joints = fit_with_rivals(lambda chosen: fit(joints=chosen), joints, rivals)
             machine = widen_softness(fitted, bending_share(parts, motions, relatives, frequency=modes.frequency,
