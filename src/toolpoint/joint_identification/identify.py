@@ -42,6 +42,7 @@ from toolpoint.joint_identification.modes.modal_scale import scale_deviations
 from toolpoint.joint_identification.modes.mode_mixing import mixing_in_phase
 from toolpoint.joint_identification.motion.direction_gains import question_gains
 from toolpoint.joint_identification.motion.measured import Component, Point, component
+from toolpoint.joint_identification.motion.misplaced_points import question_places
 from toolpoint.joint_identification.motion.relative_motion import RelativeMotion
 from toolpoint.joint_identification.motion.rigid_motion import RigidMotion, SmallMotion
 from toolpoint.joint_identification.motion.sensor_gains import SensorGains, fit_gains
@@ -171,7 +172,7 @@ def identify_joints(
     # What is wrong is looked for in the shapes as they were measured, not where gains have made up for a part of it.
     measured = {name: component(name, real, points, labels=labels) for name, labels in components.items()}
     judged = {name: add_coordinate_variance(part, deviation) for name, part in measured.items()}
-    channel_doubts = [*question_gains(judged), *question_channels(judged, real.dofs)]
+    channel_doubts = [*question_gains(judged), *question_channels(judged, real.dofs), *question_places(judged)]
     gains = fit_gains(measured, deviation, calibration_deviation)
     motions_of = partial(_motions_with_gains, points=points, method=method, deviation=deviation, criterion=criterion)
     parts, motions, place_doubts = motions_of(real, gains, components=components)
