@@ -42,6 +42,7 @@ from toolpoint.joint_identification.modes.modal_scale import scale_deviations
 from toolpoint.joint_identification.modes.mode_mixing import mixing_in_phase
 from toolpoint.joint_identification.motion.direction_gains import question_gains
 from toolpoint.joint_identification.motion.measured import Component, Point, component
+from toolpoint.joint_identification.motion.misplaced_points import question_places
 from toolpoint.joint_identification.motion.relative_motion import RelativeMotion
 from toolpoint.joint_identification.motion.rigid_motion import RigidMotion, SmallMotion
 from toolpoint.joint_identification.motion.sensor_gains import SensorGains, fit_gains
@@ -146,8 +147,9 @@ def identify_joints(
     coordinate_deviation : float
         Standard deviation of each coordinate of the measured points, m: its effect is carried into all intervals.
     calibration_deviation : float, optional
-        Standard deviation of the gain common to all responses (force and motion), as a share of it. With it the driving
-        points tell the common factor of masses that are uncertain; without it they only check them (`modal_scale`).
+        Standard deviation of the gain of each channel (the force, each direction of the sensor), as a share of it. With it the
+        driving points tell the common factor of masses that are uncertain; without it they only check them (`modal_scale`), and
+        1 % is taken for the directions (`sensor_gains`).
 
     Raises
     ------
@@ -170,7 +172,7 @@ def identify_joints(
     # What is wrong is looked for in the shapes as they were measured, not where gains have made up for a part of it.
     measured = {name: component(name, real, points, labels=labels) for name, labels in components.items()}
     judged = {name: add_coordinate_variance(part, deviation) for name, part in measured.items()}
-    channel_doubts = [*question_gains(judged), *question_channels(judged, real.dofs)]
+    channel_doubts = [*question_gains(judged), *question_channels(judged, real.dofs), *question_places(judged)]
     gains = fit_gains(measured, deviation, calibration_deviation)
     motions_of = partial(_motions_with_gains, points=points, method=method, deviation=deviation, criterion=criterion)
     parts, motions, place_doubts = motions_of(real, gains, components=components)
@@ -193,8 +195,9 @@ def identify_joints(
         _check_masses(parts, joints, masses)
         if np.iscomplexobj(aligned.shape):
             parts, motions, place_doubts = motions_of(aligned, gains, components=components)
+        common = calibration_deviation if calibration_deviation is None or gains is None else gains.common_deviation
         fit = partial(whole_machine, aligned, parts, motions, relatives=relatives, masses=masses, scale=scale_deviations(modes),
-                      calibration=calibration_deviation, mixing=mixing_in_phase(modes))
+                      calibration=common, mixing=mixing_in_phase(modes))
         try:
             fitted, joints = fit_with_rivals(lambda chosen: fit(joints=chosen), joints, rivals)
             machine = widen_softness(fitted, bending_share(parts, motions, relatives, frequency=modes.frequency,

@@ -48,7 +48,7 @@ class Components:
     bodies : component to its mass properties in the machine frame, empty where they are not known; deviations : how well these
     are known; axes : by name; places : further named points of bodies, as in a machine file; tool, table : the points between
     which is cut; tool_axis : the direction of the tool, away from the work; coordinate_deviation : of the measured points'
-    coordinates, m; calibration_deviation : of the gain common to all responses, as a share of it, None where not told;
+    coordinates, m; calibration_deviation : of the gain of each channel (force, directions of the sensor), None where not told;
     frame : place and orientation of the test's frame (points and directions) in the machine frame, None where not told. """
 
     name: str

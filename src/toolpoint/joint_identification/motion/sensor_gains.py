@@ -59,6 +59,11 @@ class SensorGains:
         kept = values > 1e-12 * max(float(values.max(initial=0.0)), 1e-300)
         return np.asarray(vectors[:, kept] * np.sqrt(values[kept]))
 
+    @property
+    def common_deviation(self) -> float:
+        """Standard deviation of the gain that stays common to all responses: force, and mean of the directions."""
+        return self.deviation * float(np.sqrt(1 + 1 / len(self.axes)))
+
     def rows(self, ways: FloatArray) -> FloatArray:
         """Return (n_rows, n): 1 where a measured direction is that of the gain, else 0."""
         return np.asarray(np.abs(ways @ self.axes.T) > _MIN_AXIS_COSINE, float)

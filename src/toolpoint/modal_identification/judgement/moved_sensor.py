@@ -29,7 +29,7 @@ MAX_SMALL_SHIFT = 0.3  # of a mode's half-power half-width: above, shifts are no
 MAX_STATED_ERROR = 0.3  # of a stated mass, within which the frequencies agree with it
 MIN_LOUD_PEAK = 0.02  # of the highest peak of accelerance, that a mode must have to tell the mass
 # Peak over the highest, and phase collinearity, below which a mode beside a mass that was taken out is a rest of that mass.
-MAX_FAINT_PEAK, MIN_FAINT_COLLINEARITY = 5e-3, 0.5
+MAX_FAINT_PEAK, MIN_FAINT_COLLINEARITY = 2e-2, 0.5
 MIN_SENSOR_SHARE = 0.4  # of a told mass, that the frequencies must show of a sensor that was moved alone
 _DERIVATIVES = {"receptance": 0, "mobility": 1, "accelerance": 2}
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from statistics import NormalDist
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from toolpoint.studies.machines.tool_point import deep_chart
 
 SEARCH_DEPTH_RATIO = 2.0  # depth to which draws are searched, over the nominal limit
 GOAL_DEPTH_RATIO = 1.5  # the same over the depth asked about
+MIN_SCATTER_DRAWS = 8  # from which the scatter of draws says how far beyond them a quantile lies
 COEFFICIENTS_SOURCE = "cutting coefficients"
 
 
@@ -75,17 +77,35 @@ class DrawnLimits:
 
 
 def quantile_of(values: FloatArray, weights: FloatArray, level: float) -> float:
-    """Return a quantile of weighted draws, so far out that as much of the next draw lies beyond it (Weibull's places)."""
+    """Return a quantile of weighted draws, so far out that as much of the next draw lies beyond it (Weibull's places).
+
+    Of few draws it lies beyond them all: there it is that of their logarithms' normal distribution, from the last draw on.
+    """
     order = np.argsort(values, kind="stable")
     reached = np.cumsum(weights[order]) * values.size / (values.size + 1)
     place = int(np.searchsorted(reached, level))
     if place == 0 or place >= values.size:
-        return float(values[order[min(place, values.size - 1)]])
+        last = min(place, values.size - 1)
+        return float(values[order[last]]) * _beyond(values, weights, level, reached=float(reached[last]))
     below, above = float(values[order[place - 1]]), float(values[order[place]])
     if not np.isfinite(above) or above == below:
         return above
     fraction = (level - reached[place - 1]) / max(float(reached[place] - reached[place - 1]), 1e-300)
     return below + float(fraction) * (above - below)
+
+
+def _beyond(values: FloatArray, weights: FloatArray, level: float, *, reached: float) -> float:
+    """Return the factor from the last draw, at the level that it reaches, to a quantile beyond all draws.
+
+    It is one where a draw has no logarithm, for levels in the direction of the draws, and for draws that are all alike.
+    """
+    if not np.isfinite(values).all() or values.min() <= 0 or values.size < MIN_SCATTER_DRAWS:
+        return 1.0
+    logs = np.log(values)
+    mean = float(weights @ logs) / float(weights.sum())
+    scatter = np.sqrt(float(weights @ (logs - mean) ** 2) / float(weights.sum()) * values.size / (values.size - 1))
+    normal = NormalDist()
+    return float(np.exp(scatter * (normal.inv_cdf(level) - normal.inv_cdf(reached))))
 
 
 def draw_limits(systems: DrawnSystems, question: CutQuestion) -> DrawnLimits:
