@@ -1,9 +1,14 @@
 """Law: a driving point is judged on the lines that can be believed, alike in the check, the doubts and the tip's door."""
 
+from dataclasses import replace
+from importlib import resources
+
 import numpy as np
 import pytest
 
+from toolpoint.io import read_machine
 from toolpoint.signals import driving_points
+from toolpoint.studies import study_responses_of_machine
 from toolpoint.studies.cuts.tip_doubts import question_tip
 from toolpoint.studies.machines.virtual_test import Hammer, Imperfections, hammer_records
 from toolpoint.studies.measured.hammer_study import study_hammer_records
@@ -45,3 +50,12 @@ def test_check_doubts_and_door_say_the_same():
         wrong = type(frf)(frf.frequency, frf.values * slip, frf.outputs, frf.inputs, frf.quantity)
         check = driving_points(wrong)[0]
         assert check.doubts and [str(d) for d in check.doubts] == [str(d) for d in question_tip(wrong)]
+
+
+def test_overlapping_modes_of_a_machine_are_no_delay():
+    """Exact responses of a template, 14 modes with 3 % of damping: overlapped peaks turn alike, and nothing is late."""
+    machine = read_machine(resources.files("toolpoint.io") / "templates" / "machine" / "three-axis-horizontal.yaml")
+    frf = study_responses_of_machine(machine, [{}]).frfs[0]
+    assert [check.doubts for check in driving_points(frf)] == [()] * 3
+    late = replace(frf, values=frf.values * np.exp(-2j * np.pi * frf.frequency * 2e-3)[:, None, None])
+    assert all("delay of about +" in str(check.doubts[0]) for check in driving_points(late))

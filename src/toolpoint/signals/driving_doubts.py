@@ -15,7 +15,6 @@ from toolpoint._doubt import Doubt
 from toolpoint.signals.passivity import (
     SIGNAL_TO_NOISE,
     BandLines,
-    ResonancePeak,
     active_share,
     band_lines,
     find_peaks,
@@ -34,6 +33,7 @@ MIN_LOUD_FRACTION = 0.05  # of the lines, above the noise
 PHASE_ERROR = np.radians(2.0)  # standard deviation, of a residue with near neighbours or a complex shape
 DELAY_DEVIATIONS, LONE_DEVIATIONS, OTHER_DEVIATIONS = 2.8, 4.0, 0.7  # of a delay at several peaks, at one, at all but one
 ADVANCE_FACTOR = 1.7  # on the deviations of a response ahead of its force: overlapping modes turn a peak as much
+MAX_MISFIT_GROWTH = 1.05  # of the real part's misfit with the imaginary one, as a delay is taken out: beyond, it was none
 MAX_UNEXPLAINED_TURN = 0.5  # of the weighted squared phases of the peaks, after a delay
 MAX_PEAK_TURN = np.radians(100)  # phase of a peak: beyond, response and force are at different points
 _NOT_ONE_POINT = "not a driving point (response and force are not at one point and direction) or very noisy"
@@ -102,7 +102,7 @@ def question_driving_point(frf: Frf, dof: Dof | str | None = None) -> list[Doubt
                       figure=1 - float(lines.is_loud.mean()), grave=True)]
     share = active_share(lines)
     if share <= MAX_ACTIVE_FRACTION:
-        return _doubt_peak_phases(name, find_peaks(lines))
+        return _doubt_peak_phases(name, lines)
     return [_doubt_active_lines(name, frf, lines, share)]
 
 
@@ -186,8 +186,9 @@ def _active_shares(lines: BandLines, delays: FloatArray) -> tuple[FloatArray, Fl
             np.array([active_share(loud_lines.turned(-turn)) for turn in phase_factors]))
 
 
-def _doubt_peak_phases(name: str, peaks: list[ResonancePeak]) -> list[Doubt]:
+def _doubt_peak_phases(name: str, lines: BandLines) -> list[Doubt]:
     """Return the doubt from the phases of the peaks, where no line gives off power."""
+    peaks = find_peaks(lines)
     if not peaks:
         return []
     omega = np.array([2 * np.pi * peak.frequency for peak in peaks])
@@ -203,6 +204,10 @@ def _doubt_peak_phases(name: str, peaks: list[ResonancePeak]) -> list[Doubt]:
     if delay < 0:
         min_deviations *= ADVANCE_FACTOR
     if deviations < min_deviations or unexplained > MAX_UNEXPLAINED_TURN or not _is_shared(omega, phase, error, delay):
+        return []
+    # Modes that overlap turn peaks as a delay does; taken out, a delay that is there brings real and imaginary part together.
+    misfits = [look_outside(each).misfit for each in (lines, lines.turned(np.exp(1j * lines.omega * delay)))]
+    if misfits[1] > MAX_MISFIT_GROWTH * misfits[0]:
         return []
     return [_doubt_delay(name, delay, 1, abs(float(phase[0])))]
 
