@@ -45,7 +45,8 @@ def question_energy_law(machine: Machine, pose: Pose | None = None, outputs: Seq
                   "losses of their joints, as it needs the slopes of matrices: responses differ by up to "
                   f"{100 * difference[worst_line]:.2g} % (at {lines[worst_line]:.4g} Hz), poles by up to "
                   f"{100 * pole_ratio:.2g} % in size, so that stiffnesses fitted to measured poles come out up to "
-                  f"{200 * pole_ratio:.2g} % too small, which no interval holds", "ask `frf` or `lobes` of the changed file for the response of the stated law",
+                  f"{200 * pole_ratio:.2g} % too small, which no interval holds",
+                  "ask `frf` or `lobes` of the changed file for the response of the stated law",
                   figure=float(difference[worst_line]))]
 
 
