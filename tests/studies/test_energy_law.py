@@ -39,3 +39,11 @@ def test_every_result_of_the_study_repeats_it():
     with warnings.catch_warnings():
         warnings.simplefilter("error", FileDoubt)
         study_sensitivity(mill(""), ["joints.foundation.stiffness.rx"], 3)
+
+
+def test_a_stiffness_fitted_to_poles_errs_by_what_the_doubt_says():
+    """A mode of loss factor eta: its pole is (1 + eta^2)^(1/4) times the natural frequency; k goes with its square."""
+    machine, eta = mill("energy", equal=True), 0.05
+    poles = np.sqrt(np.linspace(1, 9, 3) ** 2 * (1 + 1j * eta))
+    share = np.abs(poles / np.linspace(1, 9, 3)).max() - 1
+    assert f"up to {200 * share:.2g} % too small" in question_energy_law(machine)[0]
