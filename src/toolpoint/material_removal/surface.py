@@ -34,7 +34,8 @@ class Work(NamedTuple):
     x0, y0 : centre of the first dexel, m; spacing : m; height : (nx, ny) of the remaining material, m; owner, earlier_owner :
     (nx, ny) the piece that cut a dexel last and the owner before it, -1 where none; equal_owner, earlier_equal :
     (nx, ny) the last piece of another move that came down just as deep as the owner, and the one before it, -1 where none;
-    intervals : (nx, ny, n, 2) of the stock, m; moves : (pieces, 13) rows of `envelope`; joined : the same from the beginning of each piece's move to the piece's end;
+    intervals : (nx, ny, n, 2) of the stock, m; moves : (pieces, 13) rows of `envelope`;
+    joined : the same from the beginning of each piece's move to the piece's end;
     final : (pieces,) last piece of each piece's move; now : (2,) the piece that was cut last, and whether any dexel has
     an equal owner; shapes : (tools, 5) rows of
     `SHAPE_COLUMNS`; kind, lower, upper : of the stock, see `Stock`.
