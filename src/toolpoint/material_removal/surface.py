@@ -150,21 +150,30 @@ def cut_height(work, x, y):
     height_min = math.inf
     for m in (i0, i1):
         for n in (j0, j1):
-            for layer in range(OWNER_LAYERS if work.now[1] else 2):
+            for layer in range(2):
                 k = move_of(work, layer, m, n)
                 if k >= 0:
                     height_min = min(height_min, lowest(work.joined, work.shapes, k, x, y))
+            if work.now[1]:
+                for layer in range(2):
+                    k = equal_of(work, layer, m, n)
+                    if k >= 0:
+                        height_min = min(height_min, lowest(work.joined, work.shapes, k, x, y))
     return height_min
 
 
 @njit(cache=True, nogil=True, inline="always")
 def move_of(work, layer, i, j):
-    """Return the row of `joined` of the move that cut a dexel last (layer 1: of its earlier owner, 2 and 3: of those that came
-    as deep) up to the present piece; -1 where none has."""
-    if layer < 2:
-        k = work.owner[i, j] if layer == 0 else work.earlier_owner[i, j]
-    else:
-        k = work.equal_owner[i, j] if layer == 2 else work.earlier_equal[i, j]
+    """Return the row of `joined` of the move that cut a dexel last (layer 1: of its earlier owner) up to the present piece; -1
+    where none has."""
+    k = work.owner[i, j] if layer == 0 else work.earlier_owner[i, j]
+    return k if k < 0 else min(work.final[k], work.now[0])
+
+
+@njit(cache=True, nogil=True, inline="always")
+def equal_of(work, layer, i, j):
+    """Return the row of `joined` of the last move that came down just as deep as the owner (layer 1: the one before it)."""
+    k = work.equal_owner[i, j] if layer == 0 else work.earlier_equal[i, j]
     return k if k < 0 else min(work.final[k], work.now[0])
 
 
@@ -179,11 +188,23 @@ def has_material(work, x, y, z, margin):
     i = math.floor((x - work.x0) / work.spacing)
     j = math.floor((y - work.y0) / work.spacing)
     nx, ny = work.owner.shape
+    first_i, last_i = min(max(i - margin, 0), nx - 1), min(max(i + 1 + margin, 0), nx - 1)
+    first_j, last_j = min(max(j - margin, 0), ny - 1), min(max(j + 1 + margin, 0), ny - 1)
     previous = -1
-    for layer in range(OWNER_LAYERS if work.now[1] else 2):
-        for m in range(min(max(i - margin, 0), nx - 1), min(max(i + 1 + margin, 0), nx - 1) + 1):
-            for n in range(min(max(j - margin, 0), ny - 1), min(max(j + 1 + margin, 0), ny - 1) + 1):
+    for layer in range(2):
+        for m in range(first_i, last_i + 1):
+            for n in range(first_j, last_j + 1):
                 k = move_of(work, layer, m, n)
+                if k >= 0 and k != previous:
+                    if lowest(work.joined, work.shapes, k, x, y) <= z:
+                        return False
+                    previous = k
+    if not work.now[1]:
+        return True
+    for layer in range(2):
+        for m in range(first_i, last_i + 1):
+            for n in range(first_j, last_j + 1):
+                k = equal_of(work, layer, m, n)
                 if k >= 0 and k != previous:
                     if lowest(work.joined, work.shapes, k, x, y) <= z:
                         return False
@@ -243,7 +264,7 @@ def cut_move(work, k, box, place):
         x = work.x0 + i * work.spacing
         for j in range(box[2], box[3] + 1):
             height_before = work.height[i, j]
-            if height_before < tip:
+            if height_before < tip or (height_before == tip and work.owner[i, j] < 0):
                 continue
             is_near |= height_before > tip
             y = work.y0 + j * work.spacing
