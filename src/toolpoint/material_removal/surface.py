@@ -1,11 +1,10 @@
 """Compiled surface of the work while it is cut: dexels with the move that cut them last, and the exact surface between them.
 
-A dexel keeps the height (m) of the remaining material, the piece of a move that cut it last (its owner; -1 uncut), and the
-owner
-before that. Between dexels the surface is the lowest envelope of the owners around, each with its whole move up to the present
-piece (`joined`): walls and cusps lie where the moves put them, not at the lines of the grid, and not where one piece ends.
-A sliver narrower than the spacing, which owns no dexel nearby, is missed: the difference of an arc between two spacings
-shows it.
+A dexel keeps the height (m) of the remaining material, the piece of a move that cut it last (its owner; -1 uncut), the owner
+before that, and two that came as deep. Between dexels the surface is the lowest envelope of the owners around, each with its
+whole move up to the present piece (`joined`): walls and cusps lie where the moves put them, not at the lines of the grid, and
+not where one piece ends. A sliver narrower than the spacing, which owns no dexel nearby, is missed: the difference of an arc
+between two spacings shows it.
 """
 
 # mypy: disable-error-code="no-untyped-def"
@@ -150,15 +149,10 @@ def cut_height(work, x, y):
     height_min = math.inf
     for m in (i0, i1):
         for n in (j0, j1):
-            for layer in range(2):
-                k = move_of(work, layer, m, n)
+            for layer in range(OWNER_LAYERS if work.now[1] else 2):
+                k = move_of(work, layer, m, n) if layer < 2 else equal_of(work, layer - 2, m, n)
                 if k >= 0:
                     height_min = min(height_min, lowest(work.joined, work.shapes, k, x, y))
-            if work.now[1]:
-                for layer in range(2):
-                    k = equal_of(work, layer, m, n)
-                    if k >= 0:
-                        height_min = min(height_min, lowest(work.joined, work.shapes, k, x, y))
     return height_min
 
 
@@ -205,10 +199,8 @@ def has_material(work, x, y, z, margin):
         for m in range(first_i, last_i + 1):
             for n in range(first_j, last_j + 1):
                 k = equal_of(work, layer, m, n)
-                if k >= 0 and k != previous:
-                    if lowest(work.joined, work.shapes, k, x, y) <= z:
-                        return False
-                    previous = k
+                if k >= 0 and lowest(work.joined, work.shapes, k, x, y) <= z:
+                    return False
     return True
 
 
@@ -285,8 +277,7 @@ def cut_move(work, k, box, place):
 @njit(cache=True, nogil=True)
 def touch_move(work, k, body, lift, box, place):
     """Whether a cylinder above the tool (shape row `body`, from `lift` m above the tip) touches material during piece k; the
-    depth
-    and place of the deepest contact are written to `place`, as in `cut_move`."""
+    depth and place of the deepest contact are written to `place`, as in `cut_move`."""
     box_of(work, k, body[4], box)
     row = work.moves[k].copy()
     row[2] += lift
