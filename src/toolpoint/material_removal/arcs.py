@@ -22,7 +22,7 @@ _EDGE_NUDGE = 1e-3  # rad, from the ends of the range of a chip to its first sam
 _ARC_BISECTIONS = 10  # halvings of 6 degrees: 0.006 degrees
 _WIDE_MARGIN = 1  # further dexels on each side, whose owners are asked at the ends of an arc too
 _WALL_MARGIN = 3  # the same of an upright edge, that may lie along a wall where several passes of one level cross
-_UPRIGHT_ANGLE = 1.5  # rad: immersion angle from which on an edge is upright
+_WALL_IMMERSION = 1.5  # rad: immersion angle from which on an edge is upright
 OUTSIDE_GAP_RATIO = 1e-6  # of the radius (and 1 mm): distance outside the edge at which material is asked for
 _TOUCH_FACTOR, _MAX_TOUCH = 1.5, 0.0087  # of the angle over which a wall that is only touched lies within that gap; rad
 _REACH_MARGIN = 1.5  # cells by which the reach is widened at first: the slices show then where the edge cuts
@@ -164,7 +164,7 @@ def _keep_arc(work, tip, way, edge, ends, arcs, count):
 def _checked_end(work, tip, way, edge, end, other):
     """Return the end of an arc moved inwards to where there is material by a wider look; not a number for none."""
     width = other - end
-    margin = _WALL_MARGIN if edge[1] > _UPRIGHT_ANGLE else _WIDE_MARGIN
+    margin = _WALL_MARGIN if edge[1] > _WALL_IMMERSION else _WIDE_MARGIN
     previous = end + math.copysign(min(_EDGE_NUDGE, 0.25 * abs(width)), width)
     if is_cut(work, tip, way, edge, previous, margin):
         return end

@@ -117,8 +117,8 @@ def _march(work, span, places, ways, rapid, flutes, bodies, out):  # type: ignor
             touch_move(work, k, rows[tool, part], lifts[tool, part], box, held[k, part])
         is_near = False
         for n in range(first_place[k], first_place[k + 1]):
-            # Where the motion ends, a wall of an earlier pass may lie along the total edge and is not cut: the tool is looked at
-            # just before it is there.
+            # Where the motion ends, a wall of an earlier pass may lie along the edge and is not cut: the tool is looked at just
+            # before it is there.
             is_early = halts[k] and is_sampled[n] and not at_start[n]
             if is_early:
                 kept, kept_joined = work.moves[k].copy(), work.joined[k].copy()

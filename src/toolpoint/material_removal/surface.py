@@ -1,11 +1,10 @@
 """Compiled surface of the work while it is cut: dexels with the move that cut them last, and the exact surface between them.
 
-A dexel keeps the height (m) of the remaining material, the piece of a move that cut it last (its owner; -1 uncut), and the
-owner
-before that. Between dexels the surface is the lowest envelope of the owners around, each with its whole move up to the present
-piece (`joined`): walls and cusps lie where the moves put them, not at the lines of the grid, and not where one piece ends.
-A sliver narrower than the spacing, which owns no dexel nearby, is missed: the difference of an arc between two spacings
-shows it.
+A dexel keeps the height (m) of the remaining material, the piece of a move that cut it last (its owner; -1 uncut), the owner
+before that, and two that came as deep. Between dexels the surface is the lowest envelope of the owners around, each with its
+whole move up to the present piece (`joined`): walls and cusps lie where the moves put them, not at the lines of the grid, and
+not where one piece ends. A sliver narrower than the spacing, which owns no dexel nearby, is missed: the difference of an arc
+between two spacings shows it.
 """
 
 # mypy: disable-error-code="no-untyped-def"
@@ -34,7 +33,8 @@ class Work(NamedTuple):
     x0, y0 : centre of the first dexel, m; spacing : m; height : (nx, ny) of the remaining material, m; owner, earlier_owner :
     (nx, ny) the piece that cut a dexel last and the owner before it, -1 where none; equal_owner, earlier_equal :
     (nx, ny) the last piece of another move that came down just as deep as the owner, and the one before it, -1 where none;
-    intervals : (nx, ny, n, 2) of the stock, m; moves : (pieces, 13) rows of `envelope`; joined : the same from the beginning of each piece's move to the piece's end;
+    intervals : (nx, ny, n, 2) of the stock, m; moves : (pieces, 13) rows of `envelope`;
+    joined : the same from the beginning of each piece's move to the piece's end;
     final : (pieces,) last piece of each piece's move; now : (2,) the piece that was cut last, and whether any dexel has
     an equal owner; shapes : (tools, 5) rows of
     `SHAPE_COLUMNS`; kind, lower, upper : of the stock, see `Stock`.
@@ -150,7 +150,7 @@ def cut_height(work, x, y):
     for m in (i0, i1):
         for n in (j0, j1):
             for layer in range(OWNER_LAYERS if work.now[1] else 2):
-                k = move_of(work, layer, m, n)
+                k = move_of(work, layer, m, n) if layer < 2 else equal_of(work, layer - 2, m, n)
                 if k >= 0:
                     height_min = min(height_min, lowest(work.joined, work.shapes, k, x, y))
     return height_min
@@ -158,12 +158,16 @@ def cut_height(work, x, y):
 
 @njit(cache=True, nogil=True, inline="always")
 def move_of(work, layer, i, j):
-    """Return the row of `joined` of the move that cut a dexel last (layer 1: of its earlier owner, 2 and 3: of those that came
-    as deep) up to the present piece; -1 where none has."""
-    if layer < 2:
-        k = work.owner[i, j] if layer == 0 else work.earlier_owner[i, j]
-    else:
-        k = work.equal_owner[i, j] if layer == 2 else work.earlier_equal[i, j]
+    """Return the row of `joined` of the move that cut a dexel last (layer 1: of its earlier owner) up to the present piece; -1
+    where none has."""
+    k = work.owner[i, j] if layer == 0 else work.earlier_owner[i, j]
+    return k if k < 0 else min(work.final[k], work.now[0])
+
+
+@njit(cache=True, nogil=True, inline="always")
+def equal_of(work, layer, i, j):
+    """Return the row of `joined` of the last move that came down just as deep as the owner (layer 1: the one before it)."""
+    k = work.equal_owner[i, j] if layer == 0 else work.earlier_equal[i, j]
     return k if k < 0 else min(work.final[k], work.now[0])
 
 
@@ -178,15 +182,25 @@ def has_material(work, x, y, z, margin):
     i = math.floor((x - work.x0) / work.spacing)
     j = math.floor((y - work.y0) / work.spacing)
     nx, ny = work.owner.shape
+    first_i, last_i = min(max(i - margin, 0), nx - 1), min(max(i + 1 + margin, 0), nx - 1)
+    first_j, last_j = min(max(j - margin, 0), ny - 1), min(max(j + 1 + margin, 0), ny - 1)
     previous = -1
-    for layer in range(OWNER_LAYERS if work.now[1] else 2):
-        for m in range(min(max(i - margin, 0), nx - 1), min(max(i + 1 + margin, 0), nx - 1) + 1):
-            for n in range(min(max(j - margin, 0), ny - 1), min(max(j + 1 + margin, 0), ny - 1) + 1):
+    for layer in range(2):
+        for m in range(first_i, last_i + 1):
+            for n in range(first_j, last_j + 1):
                 k = move_of(work, layer, m, n)
                 if k >= 0 and k != previous:
                     if lowest(work.joined, work.shapes, k, x, y) <= z:
                         return False
                     previous = k
+    if not work.now[1]:
+        return True
+    for layer in range(2):
+        for m in range(first_i, last_i + 1):
+            for n in range(first_j, last_j + 1):
+                k = equal_of(work, layer, m, n)
+                if k >= 0 and lowest(work.joined, work.shapes, k, x, y) <= z:
+                    return False
     return True
 
 
@@ -242,7 +256,7 @@ def cut_move(work, k, box, place):
         x = work.x0 + i * work.spacing
         for j in range(box[2], box[3] + 1):
             height_before = work.height[i, j]
-            if height_before < tip:
+            if height_before < tip or (height_before == tip and work.owner[i, j] < 0):
                 continue
             is_near |= height_before > tip
             y = work.y0 + j * work.spacing
@@ -263,8 +277,7 @@ def cut_move(work, k, box, place):
 @njit(cache=True, nogil=True)
 def touch_move(work, k, body, lift, box, place):
     """Whether a cylinder above the tool (shape row `body`, from `lift` m above the tip) touches material during piece k; the
-    depth
-    and place of the deepest contact are written to `place`, as in `cut_move`."""
+    depth and place of the deepest contact are written to `place`, as in `cut_move`."""
     box_of(work, k, body[4], box)
     row = work.moves[k].copy()
     row[2] += lift
