@@ -58,7 +58,7 @@ def _rank(machine: WholeMachine) -> tuple[int, float]:
 
 
 def question_runaways(joints: Sequence[JointEstimate], relatives: Sequence[RelativeMotion]) -> list[tuple[Doubt, ...]]:
-    """Return for every joint the grave doubts that its place or its stiffness ran offset: no test determines such numbers."""
+    """Return for every joint the grave doubts about a place or a stiffness that no test determines."""
     stiffness = [_largest_stiffness(joint, motion) for joint, motion in zip(joints, relatives, strict=True)]
     result = []
     for k, (joint, motion) in enumerate(zip(joints, relatives, strict=True)):
