@@ -1,11 +1,14 @@
 """Closed loop on the published machine: model, virtual test, identification, joints, with nobody choosing."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from joint_identification import p1_case as p1
 from toolpoint.joint_identification import identify_joints
 from toolpoint.spatial import rotation as rot
+from toolpoint.vibration import Dof
 
 
 @pytest.fixture(scope="module")
@@ -99,17 +102,15 @@ def test_complex_shapes_give_the_same_joints(model):
 
 @pytest.mark.slow
 def test_a_turned_machine_gives_turned_joints(model):
-    """Objectivity: rotating and moving all points turns the axes and moves the positions, and changes no kind."""
-    from dataclasses import replace
-
+    """Objectivity: rotating and moving points and sensors turns the axes and moves the positions, and changes no kind."""
     rng = np.random.default_rng(10)
     case = p1.case(model, rng)
     modes = p1.noisy(case.truth, 0.005, rng)
     turn, shift = rot.from_euler("zyx", [0.3, -0.2, 0.25]), np.array([0.5, -1.0, 2.0])
-    shape = (modes.shape.reshape(-1, 3, modes.count).transpose(0, 2, 1) @ turn.T).transpose(0, 2, 1).reshape(modes.shape.shape)
+    dofs = tuple(Dof(dof.point, f"turned {dof.direction}", tuple(turn @ dof.unit[:3])) for dof in modes.dofs)
     moved = {name: turn @ at + shift for name, at in case.points.items()}
     first = identify_joints(modes, case.points, case.components, chain=p1.CHAIN)
-    second = identify_joints(replace(modes, shape=shape), moved, case.components, chain=p1.CHAIN)
+    second = identify_joints(replace(modes, dofs=dofs), moved, case.components, chain=p1.CHAIN)
     for a, b in zip(first.joints, second.joints, strict=True):
         assert a.kind == b.kind
         away = b.position - (turn @ a.position + shift)

@@ -54,7 +54,8 @@ def test_uncertain_masses_are_scaled_by_the_driving_points(case, modes, complex_
         other = without.joint(joint.child)
         assert other.stiffness == pytest.approx(TOO_HEAVY * np.array(p1.STIFFNESS[joint.child]), rel=0.06)
         assert (joint.stiffness_deviation / joint.stiffness < 0.3 * other.stiffness_deviation / other.stiffness).all()
-    assert "calibration_deviation" in without.notes[0] and "known as well as" in with_scale.notes[0]
+    assert any("calibration_deviation" in note for note in without.notes)
+    assert any("known as well as" in note for note in with_scale.notes)
 
 
 @pytest.mark.slow
