@@ -148,7 +148,7 @@ class FiniteElementStudy(NotebookText):
         parts += [self.whole_sensitivity.table(), self.part_sensitivity.table(),
                   text_table("What helps the cut, against the machine as it is", HEADER,
                              option_rows(self.base, self.every_option)), *damper_lines(self.dampers)]
-        return "\n".join([*parts, *mark_notes(self.doubts)])
+        return "\n".join([*mark_notes(self.doubts), *parts, *mark_notes(self.notes, "note: ")])
 
     def to_dict(self) -> dict[str, Any]:
         """Return all of it as plain data."""

@@ -98,7 +98,8 @@ class ElementStudy(NotebookText):
     def header(self) -> list[str]:
         """Titles of `rows`."""
         modes = range(1, min(_PRINTED_MODES, len(self.frequency)) + 1)
-        return ["body", *(f"E, f{k}" for k in modes), *(f"density, f{k}" for k in modes), "elements of 80 %", "their mass",
+        return ["body", *(f"E, mode {k}" for k in modes), *(f"density, mode {k}" for k in modes), "elements with 80 %",
+                "their mass",
                 "best Hz/kg", "worst Hz/kg"]
 
     def table(self) -> str:
@@ -106,8 +107,8 @@ class ElementStudy(NotebookText):
         frequencies = ", ".join(f"{f:.3f}" for f in self.frequency)
         best = "\n".join(f"  {name} at ({', '.join(f'{1e3 * x:.0f}' for x in place)}) mm: {gain:+.3g} Hz/kg"
                          for name, place, gain in self.best_elements())
-        return "\n".join([text_table(f"{self.machine.name}: {frequencies} Hz; relative change of a frequency per that of E and "
-                                     "of density", self.header, self.rows()),
+        return "\n".join([text_table(f"{self.machine.name}: {frequencies} Hz; per cent of a mode's frequency for a per cent of "
+                                     "modulus E, of density", self.header, self.rows()),
                           "Where a kilogram of wall raises mode 1 most:", best, *mark_notes(self.notes)])
 
     def to_dict(self) -> dict[str, Any]:

@@ -223,12 +223,20 @@ class PlaceMap(NotebookText):
         several = len(set(filter(None, self.reach.branches))) > 1
         return place_words(self.reach.places[number]) + (f" ({branch})" if several and branch else "")
 
+    @property
+    def title(self) -> str:
+        """Quantity, size of the grid and places reached, in words."""
+        size = " x ".join(f"{len(positions)} along {name}" for name, positions in zip(self.grid.names, self.grid.positions,
+                                                                                      strict=True))
+        return f"{self.quantity.kind.capitalize()} over {size}: {int(self.reach.reached.sum())} of {len(self.reach.poses)} " \
+               "places are reached"
+
     def table(self) -> str:
         """Return the range of every column and the places of its ends as text."""
         flat = self.values.reshape(-1, self.values.shape[-1])
         rows = [[name, f"{np.nanmin(column):.5g}", f"{np.nanmax(column):.5g}"]
                 for name, column in zip(self.quantity.columns, flat.T, strict=True) if not np.isnan(column).all()]
-        return "\n".join([text_table(repr(self), [self.quantity.kind, f"lowest {self.quantity.unit}", "highest"], rows),
+        return "\n".join([text_table(self.title, [self.quantity.kind, f"lowest {self.quantity.unit}", "highest"], rows),
                           *self.extremes(), *branch_lines(self.reach.branches), *self.failed(), *mark_notes(self.notes)])
 
     def failed(self) -> list[str]:

@@ -104,6 +104,12 @@ class RegionSearch(NotebookText):
         parts = [f"{_direction_words(way)} {median:.4g} ({count} segments)" for way, median, count in ways]
         return ["; ".join(ends), f"median spread by direction, {unit}: {', '.join(parts)}"]
 
+    @property
+    def title(self) -> str:
+        """Length, quantity and number of the segments, in words."""
+        return (f"Most even segments of {1e3 * self.length:g} mm by {self.quantity.kind}: {len(self.regions)} of {self.tried} "
+                "are reached whole")
+
     def table(self) -> str:
         """Return the best segments as text."""
         unit = self.quantity.unit
@@ -111,7 +117,7 @@ class RegionSearch(NotebookText):
                  " ".join(f"{v:.4g}" for v in r.values.mean(axis=0)), *([r.branch] if self.best.branch else [])]
                 for r in self.regions[:_MAX_LISTED_SEGMENTS]]
         header = ["from", "to", f"spread {unit}", "largest share", f"means {unit}", *(["branch"] if self.best.branch else [])]
-        return "\n".join([text_table(repr(self), header, rows), *self.direction_words(),
+        return "\n".join([text_table(self.title, header, rows), *self.direction_words(),
                           f"each judged at {self.samples} places, both ends included", *mark_notes(self.notes)])
 
     def to_dict(self) -> dict[str, Any]:
