@@ -153,8 +153,8 @@ class ChatterMap(NotebookText):
     def table(self) -> str:
         """Return the least depth of every feed direction, the worst place, and the failures, as text."""
         title, worst_cut = f"Depth that is stable at every charted speed: {self._size}", self.worst()
-        return "\n".join([text_table(title, HEADER, self.rows()), *(f"failed: {text}" for text in self.failed()),
-                          *mark_notes(self.doubts), f"Worst: {worst_cut}",
+        return "\n".join([*mark_notes(self.doubts), text_table(title, HEADER, self.rows()),
+                          *(f"failed: {text}" for text in self.failed()), f"Worst: {worst_cut}",
                           *([self.spread.words(worst_cut.depth, worst_cut.error)] if self.spread is not None else [])])
 
     def to_dict(self) -> dict[str, Any]:
@@ -178,7 +178,8 @@ class ChatterMap(NotebookText):
     def _size(self) -> str:
         """Numbers of poses, feed directions and speeds in words."""
         places = " x ".join(f"{name} {len(v)}" for name, v in self.axes.items()) if self.axes else f"{len(self.poses)} poses"
-        return (f"{places}, {self.feed_angles.size} feed directions, {self.speeds.size} speeds, {len(self.failures)} failed")
+        directions = f"{self.feed_angles.size} feed direction{'s' if self.feed_angles.size > 1 else ''}"
+        return f"{places}, {directions}, {self.speeds.size} speeds, {len(self.failures)} failed"
 
     def __repr__(self) -> str:
         return f"ChatterMap({self._size})"

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from toolpoint._check import Array, FloatArray, fail, floats, one_of
-from toolpoint._doubt import mark_notes
+from toolpoint._doubt import with_notes
 from toolpoint._notebook import NotebookText
 from toolpoint.machine.frequencies import natural_frequencies
 from toolpoint.machine.parts.model import Machine
@@ -236,8 +236,9 @@ class PlaceMap(NotebookText):
         flat = self.values.reshape(-1, self.values.shape[-1])
         rows = [[name, f"{np.nanmin(column):.5g}", f"{np.nanmax(column):.5g}"]
                 for name, column in zip(self.quantity.columns, flat.T, strict=True) if not np.isnan(column).all()]
-        return "\n".join([text_table(self.title, [self.quantity.kind, f"lowest {self.quantity.unit}", "highest"], rows),
-                          *self.extremes(), *branch_lines(self.reach.branches), *self.failed(), *mark_notes(self.notes)])
+        header = [self.quantity.kind, f"lowest {self.quantity.unit}", "highest"]
+        return "\n".join(with_notes([text_table(self.title, header, rows), *self.extremes(), *branch_lines(self.reach.branches),
+                                     *self.failed()], self.notes))
 
     def failed(self) -> list[str]:
         """Return a line on the places that are reached and have no value all the same."""

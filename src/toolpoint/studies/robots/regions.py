@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from toolpoint._check import FloatArray, ToolpointError, count, fail, floats, positive
-from toolpoint._doubt import Doubt, mark_notes
+from toolpoint._doubt import Doubt, with_notes
 from toolpoint._notebook import NotebookText
 from toolpoint.machine.parts.model import Machine
 from toolpoint.studies.machines.arm_reach import Pose
@@ -117,8 +117,8 @@ class RegionSearch(NotebookText):
                  " ".join(f"{v:.4g}" for v in r.values.mean(axis=0)), *([r.branch] if self.best.branch else [])]
                 for r in self.regions[:_MAX_LISTED_SEGMENTS]]
         header = ["from", "to", f"spread {unit}", "largest share", f"means {unit}", *(["branch"] if self.best.branch else [])]
-        return "\n".join([text_table(self.title, header, rows), *self.direction_words(),
-                          f"each judged at {self.samples} places, both ends included", *mark_notes(self.notes)])
+        return "\n".join(with_notes([text_table(self.title, header, rows), *self.direction_words(),
+                                     f"each judged at {self.samples} places, both ends included"], self.notes))
 
     def to_dict(self) -> dict[str, Any]:
         """Return the best segments as plain data; m."""

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from toolpoint._check import fail, one_of
-from toolpoint._doubt import mark_notes
+from toolpoint._doubt import with_notes
 from toolpoint._notebook import NotebookText
 from toolpoint.machine.description.screening_plan import MilledSquare, ScreeningPlan
 from toolpoint.machine.parts.model import Machine
@@ -74,8 +74,7 @@ class PlannedScreening(NotebookText):
 
     def table(self) -> str:
         """Return the screening and its rankings as text."""
-        return "\n".join([self.screening.table(), *(ranking.table() for ranking in self.rankings),
-                          *mark_notes(self.remarks)])
+        return "\n".join(with_notes([self.screening.table(), *(ranking.table() for ranking in self.rankings)], self.remarks))
 
     def to_dict(self) -> dict[str, Any]:
         """Return the screening and its rankings as plain data."""
