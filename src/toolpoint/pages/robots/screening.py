@@ -17,7 +17,12 @@ _MAX_TABLE_VARIANTS = 60  # variants in the table
 
 
 def screening_page(result: PlannedScreening, name: str, warnings: Sequence[str] = ()) -> Report:
-    """Return the page of a planned screening."""
+    """Return the page of a planned screening.
+
+    Examples
+    --------
+    Runs in ``examples/screen_a_plan_of_changes.py``.
+    """
     screening = result.screening
     report = Report(f"Screening: {name}", _answer(result), subtitle=f"Loads: {screening.loads}")
     labels = [screening.design.words(i) for i in range(len(screening.stated))]

@@ -219,7 +219,7 @@ def search_regions(machine: Machine, starts: ArrayLike, directions: ArrayLike, *
 
 def _notes(judged: PoseValues, reasons: Mapping[str, int]) -> tuple[str, ...]:
     """Return notes on the segments' values: those of the quantity, and the segments left out."""
-    lines = [f"{number} segments are left out: {reason}" for reason, number in reasons.items()]
+    lines = [f"{number} segment{'s are' if number > 1 else ' is'} left out: {reason}" for reason, number in reasons.items()]
     lines += [f"segments over {number} places {why} are left out" for number, why in (
         (sum(map(bool, judged.reasons)), "whose chart failed"),
         (int(judged.bounds.sum()), "without a limit within the charted depth")) if number]
@@ -262,6 +262,10 @@ def study_region(machine: Machine, grid: PlaceGrid, quantity: PlaceQuantity | No
         Places on a segment, both ends included.
     step : function of a name
         Called at the beginning of both parts.
+
+    Examples
+    --------
+    Runs in ``examples/map_where_a_robot_is_even.py``.
     """
     step("map over places")
     measure = quantity or PlaceQuantity()

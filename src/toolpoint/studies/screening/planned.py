@@ -107,7 +107,12 @@ def design_of(plan: ScreeningPlan) -> ScreeningDesign:
 
 def run_plan(plan: ScreeningPlan, machine: Machine, *, engine: Engine | None = None, folder: str | Path | None = None,
              progress: Progress | None = None) -> PlannedScreening:
-    """Return the screening of a plan on its machine, with rankings; arguments as for `screen`."""
+    """Return the screening of a plan on its machine, with rankings; arguments as for `screen`.
+
+    Examples
+    --------
+    Runs in ``examples/screen_a_plan_of_changes.py``.
+    """
     metric = JoinedMetrics(NamedMetrics(plan.metrics, (dict(plan.pose),)) if plan.metrics else None,
                            None if plan.square is None else accuracy_of(plan.square))
     result = screen(machine, design_of(plan), metric, doubts=plan.doubts, draws=plan.draws,
@@ -137,6 +142,10 @@ def improve_by_plan(plan: ScreeningPlan, machine: Machine, answer: str, *, goal:
     ------
     ToolpointError
         For a plan with swaps, and an answer for which plan or machine say too little.
+
+    Examples
+    --------
+    Runs in ``examples/screen_a_plan_of_changes.py``.
     """
     if plan.swaps:
         fail("improve", "the plan holds swaps, which have no slope", "give factors, or screen them")
