@@ -142,7 +142,7 @@ def test_between_stages_the_modes_of_both_have_the_frequencies_of_the_part_there
         around = course.stages[k], course.stages[k + 1]
         piece = (around[0].piece + around[1].piece + 1) // 2
         exact = solve_stage(course.cut, part, piece).frequency[:4]
-        ratio = solve_between(course.cut, part, piece, around, around[0].solver()).frequency[:4] / exact
+        ratio = solve_between(course.cut, part, piece, around=around, inverse=around[0].solver()).frequency[:4] / exact
         assert ratio.min() > 1 - 1e-9 and ratio.max() < 1.0002
 
 

@@ -62,8 +62,8 @@ class PartState:
         return np.concatenate([located.motion(stage.shapes) for stage in self.around], axis=2) @ self.weights
 
 
-def solve_between(cut: CutSolid, part: ClampedPart, piece: int, around: tuple[PartStage, PartStage], inverse: Factorisation
-                  ) -> PartState:
+def solve_between(cut: CutSolid, part: ClampedPart, piece: int, *, around: tuple[PartStage, PartStage],
+                  inverse: Factorisation) -> PartState:
     """Return the part between two stages, by the modes of both; inverse : factors of the stiffness of the first."""
     state = cut.at(piece)
     basis = np.hstack([stage.shapes[state.free] for stage in around])
@@ -99,12 +99,12 @@ def choose_states(part: ClampedPart, course: StageCourse, pieces: IndexArray) ->
     removed volume until each of the lowest frequencies changes by less than `RESPONSE_CHANGE`; there is one at least, as a
     frequency that rises and falls again may be alike in both stages.
     """
-    wanted, states = np.unique(pieces), [PartState.of_stage(course.stages[0])]
+    asked_pieces, states = np.unique(pieces), [PartState.of_stage(course.stages[0])]
     for first, last in pairwise(course.stages):
-        inner = wanted[(wanted > first.piece) & (wanted < last.piece)]
-        numbers = np.concatenate([[first.piece], inner, [last.piece]])
-        solved = {0: PartState.of_stage(first), inner.size + 1: PartState.of_stage(last)}
-        waiting = [(0, inner.size + 1)] if inner.size else []
+        between = asked_pieces[(asked_pieces > first.piece) & (asked_pieces < last.piece)]
+        numbers = np.concatenate([[first.piece], between, [last.piece]])
+        solved = {0: PartState.of_stage(first), between.size + 1: PartState.of_stage(last)}
+        waiting = [(0, between.size + 1)] if between.size else []
         inverse = first.solver() if waiting else None
         while waiting and inverse is not None:
             begin, end = waiting.pop(0)
@@ -113,15 +113,15 @@ def choose_states(part: ClampedPart, course: StageCourse, pieces: IndexArray) ->
             if is_close or end - begin < 2 or len(states) + len(solved) > MAX_STATES:
                 continue
             middle = _middle(volume_before(course.cut, numbers[begin:end + 1])) + begin
-            solved[middle] = solve_between(course.cut, part, int(numbers[middle]), (first, last), inverse)
+            solved[middle] = solve_between(course.cut, part, int(numbers[middle]), around=(first, last), inverse=inverse)
             waiting += [(begin, middle), (middle, end)]
         states += [solved[k] for k in sorted(solved)[1:]]
     # Between two neighbours that differ more there is a place of the tool only where their number came to its end.
     needed = [largest_change(a.frequency, b.frequency) for a, b in pairwise(states)
-              if ((wanted > a.piece) & (wanted < b.piece)).any()]
+              if ((asked_pieces > a.piece) & (asked_pieces < b.piece)).any()]
     return states, max(needed, default=0.0)
 
 
 def _middle(volumes: FloatArray) -> int:
-    """Return the number of the inner volume nearest to the middle of the first and the last."""
+    """Return the number of the volume, of those between, nearest to the middle of the first and the last."""
     return 1 + int(np.abs(volumes[1:-1] - 0.5 * (volumes[0] + volumes[-1])).argmin())
