@@ -20,8 +20,8 @@ def frame(description: FrameDescription) -> FloatArray:
 
 
 @lru_cache(maxsize=MAX_KEPT_FRAMES)
-def _frame(at: tuple[float, ...], angles: tuple[float, ...]) -> FloatArray:
-    return frozen(tf.transform(rotation.from_euler("zyx", angles), at))
+def _frame(place: tuple[float, ...], angles: tuple[float, ...]) -> FloatArray:
+    return frozen(tf.transform(rotation.from_euler("zyx", angles), place))
 
 
 def describe_frame(transform: FloatArray) -> FrameDescription:

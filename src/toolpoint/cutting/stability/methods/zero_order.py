@@ -20,7 +20,8 @@ KNOWN_ERROR = ("single-frequency solution: the directional factors are replaced 
                "compare with FloquetDeterminant")
 
 MAX_REFINEMENTS = 60  # of a crossing between two lines
-PERIODS_TOLERANCE, ACCEPTED_PERIODS = 1e-13, 1e-6  # misfit of the lobe's number at which a crossing is refined; at which it is one
+PERIODS_TOLERANCE = 1e-13  # misfit of a lobe's number, periods, at which its crossing is refined
+MAX_PERIODS_MISFIT = 1e-6  # above, a bracket holds no crossing
 
 
 @dataclass(frozen=True)
@@ -166,7 +167,10 @@ class Curves:
         return values[np.arange(f.size), pick]
 
     def depth(self, inverse: ComplexArray, f: FloatArray, branch: Array) -> tuple[FloatArray, FloatArray]:
-        """Return the real depth w (NaN where there is none) and phase e = w_c T mod 2 pi on the curve; branch : (n,), 0 or 1."""
+        """Return the real depth w (NaN where there is none) and phase e = w_c T mod 2 pi on the curve.
+
+        branch : (n,), 0 or 1.
+        """
         drag = 2 * np.pi * f * self.lag
         square, linear = np.abs(inverse) ** 2, inverse.real + inverse.imag * drag
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -259,8 +263,9 @@ def _refine_crossings(curves: Curves, brackets: _Brackets, period: FloatArray, d
         other = np.sign(g) != np.sign(g1)
         g0, x0, v0 = np.where(other, g1, g0 / 2), np.where(other, x1, x0), np.where(other, v1, v0)
         is_open = ~(np.abs(g) < PERIODS_TOLERANCE)
-        left, g0, x0, v0, g1, x1, v1 = (array[is_open] for array in (left, g0, x0, v0, g, x, v))
+        left, g0, x0, v0 = left[is_open], g0[is_open], x0[is_open], v0[is_open]
+        g1, x1, v1 = g[is_open], x[is_open], v[is_open]
     depth = curves.depth(inverse, frequency, brackets.branch)[0]
-    keep = (depth <= depth_max) & (misfit < ACCEPTED_PERIODS)
+    keep = (depth <= depth_max) & (misfit < MAX_PERIODS_MISFIT)
     s, frequency, inverse = brackets.speed[keep], frequency[keep], inverse[keep]
     return s, depth[keep], frequency, curves.change(frequency, period[s], inverse)
