@@ -135,8 +135,8 @@ class ListenedCut(NotebookText):
         half_width = self.speed_half_width
         speed = f"not heard; {e.speed.speed:.0f} rev/min fits best" if half_width is None else (
             with_uncertainty(e.speed.speed, half_width, "rev/min"))
-        return [*rows, ("spindle speed", speed),
-                *([("tooth passing", f"{e.tooth:.2f} Hz")] if e.tells_speed else []), ("length of the cut", f"{e.duration:.2f} s"),
+        passing = [("tooth passing", f"{e.tooth:.2f} Hz")] if e.tells_speed else []
+        return [*rows, ("spindle speed", speed), *passing, ("length of the cut", f"{e.duration:.2f} s"),
                 ("resolution", f"{e.spectrum.cell:.2f} Hz"),
                 ("hidden by spindle orders", f"{100 * e.lines.hidden:.1f} % of the frequencies")]
 
