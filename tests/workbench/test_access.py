@@ -2,6 +2,7 @@
 
 import json
 import os
+import socket
 import stat
 from pathlib import Path
 
@@ -10,6 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from toolpoint import ToolpointError
+from toolpoint.workbench.serving.server import _listen
 from toolpoint.workbench.state.access import Access, check_file_name, keep_token, path_beneath
 
 ACCESS = Access("token-0123456789-0123456789", 4711)
@@ -180,3 +182,9 @@ def test_a_choice_of_poles_for_what_is_no_test_is_refused_and_writes_nothing(run
         assert status == 422 and b"must be one whose modes are identified here" in content, test
     assert running.client.ask("POST", "/api/choice", {"test": "a"})[0] == 422
     assert not (folder / "choices").exists() and not (folder.parent / "outside.yaml").exists()
+
+
+def test_the_content_of_an_answer_is_not_held_back():
+    """Asyncio switches Nagle's algorithm off for sockets that name their protocol; else an answer waits 40 ms."""
+    with _listen("127.0.0.1", 0) as listener:
+        assert (listener.type, listener.proto) == (socket.SOCK_STREAM, socket.IPPROTO_TCP)

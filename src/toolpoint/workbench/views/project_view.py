@@ -11,6 +11,7 @@ from toolpoint._check import ToolpointError
 from toolpoint._doubt import Doubt
 from toolpoint.plot.page.markup import typeset
 from toolpoint.project import Project
+from toolpoint.project.components_text import draft_components
 from toolpoint.project.engine.outlook import FRESH, StepOutlook, seconds_of
 from toolpoint.project.engine.plan import plan_steps
 from toolpoint.project.steps.plain_files import read_json
@@ -39,6 +40,7 @@ def view_project(desk: Desk) -> WorkbenchView:
             "steps": [_step(entry) for entry in outlooks], "links": _links(project),
             "absent_parts": [part for part in project.chain.absent_parts if part not in next_steps], "next_steps": next_steps,
             "goals": {} if results is None else results["goals"], "parts": describe_parts(project), "kinds": kinds_in_words(),
+            "components_text": _components_text(project),
             "seconds_to_run": seconds_of(outlooks), "waiting": sum(not entry.is_of_today for entry in outlooks)}
     return WorkbenchView("project", _answer(project, answers, outlooks), tuple(doubts), (command_line("run", "."),),
                          ("results = project.Project.open('.').run()", "print(results.table())"), data, is_stale)
@@ -103,6 +105,13 @@ def _traced_doubts(results: dict[str, Any]) -> list[Doubt]:
         doubt = Doubt(f"{entry['step']}: {entry['what']}", entry["why"], entry["remedy"], grave=bool(entry["grave"]))
         doubts.setdefault((entry["what"], entry["why"]), doubt)
     return list(doubts.values())
+
+
+def _components_text(project: Project) -> str | None:
+    """Return the text of the components file to edit; None where no test of a structure asks for one."""
+    described = project.description
+    has_structure = any(test.of == "structure" for test in described.tests.values())
+    return draft_components(project.folder) if has_structure and described.machine is None else None
 
 
 def describe_parts(project: Project) -> dict[str, Any]:
