@@ -17,7 +17,7 @@ Point = str | int
 # Least standard deviation of a displacement, of the rms motion of its component in the mode, or of a thousandth of that in the
 # mode where it moves most: no test is better, and with less the normal equations of exact shapes are singular by rounding.
 MIN_NOISE_RATIO, MIN_MODE_SIZE_RATIO = 1e-6, 1e-3
-MIN_RIGID_SINGULAR_RATIO = 1e-3  # least over largest singular value of the displacements by the six motions, that determine them
+MIN_RIGID_SINGULAR_RATIO = 1e-3  # least over largest singular value of the displacements by the six motions
 
 
 @dataclass(frozen=True, eq=False)
