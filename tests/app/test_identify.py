@@ -157,7 +157,7 @@ def test_what_a_matlab_file_does_not_say_is_told(tmp_path, capsys):
     frf = frequency_response.modal(modes, np.arange(5.0, 80, 0.1), None, inputs=["1:+x"], quantity="accelerance")
     scipy.io.savemat(tmp_path / "m.mat", {"f": frf.frequency, "H": frf.values[:, :, 0]})
     main(["identify", str(tmp_path / "m.mat"), "-o", str(tmp_path)])
-    shown = capsys.readouterr().err
+    shown = capsys.readouterr().out
     assert "its 2 responses are taken as points 1, 2 .. along +x" in shown and "read as accelerance" in shown
     assert "names no points" in (tmp_path / "index.html").read_text()
 

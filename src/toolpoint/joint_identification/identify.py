@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
@@ -36,7 +36,7 @@ from toolpoint.joint_identification.machine.bending_share import bending_share
 from toolpoint.joint_identification.machine.refined import FIT_OF_MACHINE, fit_doubts, question_fit, refine_joint
 from toolpoint.joint_identification.machine.rigid_machine import COUPLED
 from toolpoint.joint_identification.machine.rival_joints import fit_with_rivals, question_runaways
-from toolpoint.joint_identification.machine.untested_directions import question_directions, struck_wrenches
+from toolpoint.joint_identification.machine.untested_directions import find_tested_directions, struck_wrenches
 from toolpoint.joint_identification.machine.whole_machine import WholeMachine, whole_machine, widen_softness
 from toolpoint.joint_identification.modes.modal_scale import scale_deviations
 from toolpoint.joint_identification.modes.mode_mixing import mixing_in_phase
@@ -60,7 +60,8 @@ _MAX_STRANGER_FRACTION, _MIN_COMPONENT_POINTS = 0.2, 6
 class JointIdentification(NotebookText):
     """Joints of a chain, with the rigid motion of every component and every relative motion they come from.
 
-    misplaced : points that lie elsewhere than stated, left out of the motions.
+    misplaced : points that lie elsewhere than stated, left out of the motions; tested_frequency : by child, Hz, below which no
+    further freedom of its joint brings a mode.
     """
 
     joints: tuple[JointEstimate, ...]
@@ -70,6 +71,7 @@ class JointIdentification(NotebookText):
     machine: WholeMachine | None = None
     gains: SensorGains | None = None
     misplaced: tuple[MisplacedPoint, ...] = ()
+    tested_frequency: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -80,6 +82,10 @@ class JointIdentification(NotebookText):
         loss = max((abs(joint.loss_factor or 0.0) for joint in self.joints if joint.screws.shape[1]), default=0.0)
         scale, law = self.machine.fit.mass_scale, self.machine.law
         said = [*of_gains, *([] if scale is None or scale.doubt else [scale.note])]
+        if self.tested_frequency:
+            frequencies = ", ".join(f"{child} {hertz:.3g} Hz" for child, hertz in self.tested_frequency.items())
+            said.append("joints count as rigid where they are not free; modes of further freedoms are excluded below "
+                        f"{frequencies}")
         said.append(_REAL_SHAPES if law is None else law.note)
         if law is not None and law.law != COUPLED:
             return tuple(said)
@@ -251,12 +257,14 @@ def _refine_joints(result: JointIdentification, modes: Modes, forces: Mapping[st
     if machine is not None:
         fit_doubt = [doubt for doubt in (question_fit(machine, modes.frequency),) if doubt is not None]
         refined = [refine_joint(joint, machine) for joint in result.joints]
-        untested = [question_directions(joint, machine, result.motions, relative=motion, omega=modes.omega, forces=forces)
-                    for joint, motion in zip(refined, result.relatives, strict=True)]
+        directions = [find_tested_directions(joint, machine, result.motions, relative=motion, omega=modes.omega, forces=forces)
+                      for joint, motion in zip(refined, result.relatives, strict=True)]
+        untested = [() if tested is None else tested.doubts for tested in directions]
         runaways = question_runaways(refined, result.relatives)
         result = replace(result, joints=tuple(replace(joint, doubts=(*fit_doubt, *runaway, *doubts, *joint.doubts))
                                               for joint, doubts, runaway in zip(refined, untested, runaways, strict=True)),
-                         doubts=(*result.doubts, *fit_doubts(machine.fit, machine, modes.frequency)))
+                         doubts=(*result.doubts, *fit_doubts(machine.fit, machine, modes.frequency)),
+                         tested_frequency={tested.joint.child: tested.frequency for tested in directions if tested is not None})
     if not result.certain:
         warnings.warn(result.status, ToolpointWarning, stacklevel=3)
     return result

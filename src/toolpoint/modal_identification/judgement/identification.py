@@ -118,7 +118,7 @@ class Identification(NotebookText):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What the responses say of themselves that is no doubt: what was left out, corrected or assumed."""
+        """Remarks of the responses that are no doubts: left out, corrected or assumed."""
         return tuple(note for note in self.frf.notes if not isinstance(note, Doubt))
 
     @property
