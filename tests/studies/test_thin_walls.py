@@ -22,6 +22,8 @@ from toolpoint.studies.machines.tool_point import milling_problem
 from toolpoint.studies.machining.result import MachiningStudy
 from toolpoint.studies.machining.thin_walls.clamped_part import ClampedPart
 from toolpoint.studies.machining.thin_walls.course_doubts import question_lines
+from toolpoint.studies.machining.thin_walls.part_stages import solve_stage
+from toolpoint.studies.machining.thin_walls.part_states import solve_between
 from toolpoint.vibration import Frf, Modes
 from toolpoint.vibration.sparse import factorise, modes
 
@@ -66,15 +68,23 @@ def study() -> MachiningStudy:
 
 
 class FreshPlate:
-    """The plate of 3 mm by a mesh of its own, and its response at the finishing pass, over the height of the cut."""
+    """The plate of 3 mm by a mesh of its own, and its response at the finishing pass, over the height of the cut.
 
-    def __init__(self, place: float) -> None:
+    is_begun : the finishing pass has come to the place: 0.05 mm are gone behind it.
+    """
+
+    def __init__(self, place: float, is_begun: bool = False) -> None:
         self.model = plate(3 * MM)
+        if is_begun:
+            skin, top = 2.95 * MM, 27 * MM
+            boxes = [Cuboid((0, 0, 0), (LENGTH, skin, HEIGHT)), Cuboid((0, skin, 0), (LENGTH, 3 * MM, top)),
+                     Cuboid((place, skin, top), (LENGTH, 3 * MM, HEIGHT))]
+            self.model = Casting(boxes, {"body": ALUMINIUM}).meshed(4 * MM)
         self.free = self.model.free_coordinates(self.model.nodes_in((-1, -1, 0), (1, 1, 0)))
         stiffness, mass = self.model.assembled()
         self.stiffness, self.mass = (part[self.free][:, self.free] for part in (stiffness, mass))
         block, heights = self.model.blocks[0], 27.0 + 3 * (np.arange(4) + 0.5) / 4
-        places = np.array([[place, 3 * MM, z * MM] for z in heights])
+        places = np.array([[place, (2.95 if is_begun else 3.0) * MM, z * MM] for z in heights])
         located = locate([(block.kind, block.nodes, self.model.nodes[block.nodes])], places)
         self.loads = np.zeros((self.model.size, 3))
         for nodes, values in zip(located.nodes, located.values, strict=True):
@@ -124,10 +134,23 @@ def test_stages_follow_the_frequencies(study):
 
 
 @pytest.mark.slow
+def test_between_stages_the_modes_of_both_have_the_frequencies_of_the_part_there(study):
+    """Beside modes of the state's own: 0.02 % where the stages differ by 8 %, and never below; without the residual 0.2 %."""
+    course = study.work.stages
+    part = ClampedPart(plate(), (FOOT,), damping_ratio=0.02)
+    for k in (2, 5):
+        around = course.stages[k], course.stages[k + 1]
+        piece = (around[0].piece + around[1].piece + 1) // 2
+        exact = solve_stage(course.cut, part, piece).frequency[:4]
+        ratio = solve_between(course.cut, part, piece, around=around, inverse=around[0].solver()).frequency[:4] / exact
+        assert ratio.min() > 1 - 1e-9 and ratio.max() < 1.0002
+
+
+@pytest.mark.slow
 def test_limits_are_those_of_tool_and_wall_together(study):
     """At places of the finishing pass: the engine with the sum of both, the wall's from a fresh mesh with many modes."""
     m = int(members_of(study, FINISHING_LINE)[3])
-    fresh = FreshPlate(float(study.removed.tip[study.arcs.place[m], 0]))
+    fresh = FreshPlate(float(study.removed.tip[study.arcs.place[m], 0]), is_begun=True)
     pairs = modes(fresh.stiffness, fresh.mass, 40, is_counted=False)
     shape = fresh.loads[fresh.free].T @ pairs.vectors
     wall = ToolDynamics(Modes(pairs.frequency, 0.02, shape[:2], ("wall:+x", "wall:+y")), "wall:+x", "wall:+y")
@@ -137,8 +160,8 @@ def test_limits_are_those_of_tool_and_wall_together(study):
     chart = stability.chart(problem, np.array([9000.0]), depth_max=20 * MM)
     own = float(study.margins.limit[m])
     assert np.isfinite(own)
-    # The place that stands for those within 10 % of its amplitude gives way more than they do.
-    assert 0.8 < own / float(chart.limit[0]) < 1.03
+    # A frequency that is 0.2 % off, of the plate before or behind the pass, moves this limit by 4 %.
+    assert 0.97 < own / float(chart.limit[0]) < 1.03
 
 
 def test_measured_responses_hold_from_their_lines(tmp_path: Path):

@@ -204,7 +204,8 @@ class Frame:
         for line in mark_notes(dict.fromkeys(note for note in notes if note not in first), "note: "):
             console.text(line)
         for warning in self.warnings:
-            if warning not in notes:
+            # A study that keeps what it warned of prints it in its table.
+            if warning not in notes and not any(warning in text for text in self._shown_lines):
                 console.warning(warning)
         for line in self._written:
             console.text(line)

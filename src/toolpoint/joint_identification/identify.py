@@ -58,7 +58,12 @@ _MAX_STRANGER_FRACTION, _MIN_COMPONENT_POINTS = 0.2, 6
 
 @dataclass(frozen=True, eq=False)
 class JointIdentification(NotebookText):
-    """Joints of a chain, with the rigid motion of every component and every relative motion they come from."""
+    """Joints of a chain, with the rigid motion of every component and every relative motion they come from.
+
+    Examples
+    --------
+    Runs in ``examples/joint_between_two_plates.py``.
+    """
 
     joints: tuple[JointEstimate, ...]
     motions: Mapping[str, RigidMotion]
@@ -160,6 +165,10 @@ def identify_joints(
     -----
     ToolpointWarning
         Where a doubt is marked in the result.
+
+    Examples
+    --------
+    Runs in ``examples/joint_between_two_plates.py``.
     """
     criterion, method = criterion or Criterion(), method or SmallMotion()
     tree = parents(chain, list(components))

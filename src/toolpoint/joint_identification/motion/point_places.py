@@ -51,8 +51,8 @@ class _Normal:
     """Normal equations of twists (about the centre: `to_origin` leads to the origin) and offsets.
 
     weight : (n_rows, m); local : (n_rows, 6), offset_slopes : (n_rows, m, 3), slopes to twists and to offsets;
-    offset_covariance : (n, 3, 3), of a point's offset where the twists are known; coupling : (6 m, n, 3), of twists and offsets,
-    times it; information : (6 m, 6 m), of the twists once every point may shift.
+    offset_covariance : (n, 3, 3), of a point's offset where the twists are known; coupling : (6 m, n, 3), of twists and
+    offsets, times it; information : (6 m, 6 m), of the twists once every point may shift.
     """
 
     to_origin: FloatArray
@@ -98,8 +98,8 @@ def weigh_motions(part: Component, deviation: float, noise: float) -> MotionWeig
     twist = SmallMotion().twists(replace(part, variance=variance))
     normal = _normal(part, twist, variance, deviation=deviation)
     rigid, offset = _solve(normal, part.owner, normal.weight * part.values)
-    # A sum of squares: the product of what is left with the displacements is the same in exact numbers, and negative by rounding
-    # where the noise is that of rounding.
+    # A sum of squares: the product of what is left with the displacements is the same in exact numbers, and negative by
+    # rounding where the noise is that of rounding.
     left = float((normal.weight * (part.values - normal.displacements(part.owner, rigid, offset))**2).sum())
     left += float((offset**2).sum()) / max(deviation, _MIN_DEVIATION) ** 2
     freedom = part.values.size - 6 * part.values.shape[1] - _count_determined_offsets(normal, deviation)

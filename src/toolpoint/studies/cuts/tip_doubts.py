@@ -123,8 +123,8 @@ def gain_notes(frf: Frf) -> list[str]:
         if others:
             # Two digits: it is a tenth off that of the modes, which stands beside it in the result of `tap`.
             would_be = " or ".join(f"{value / 1e6:.2g}" for value in others)
-            notes.append(f"{dof}: static stiffness {stiffness / 1e6:.2g} N/um by what its lines lose; were g taken for m/s^2 "
-                         f"it would be {would_be} N/um, which tips have too, and limits 9.81 "
+            notes.append(f"{dof}: static stiffness {stiffness / 1e6:.2g} N/µm by what its lines lose; were g taken for m/s^2 "
+                         f"it would be {would_be} N/µm, which tips have too, and limits 9.81 "
                          "times off: this response alone does not tell; a known mass that is struck does")
     return notes
 
@@ -147,7 +147,7 @@ def _question_stiffness(name: str, lines: BandLines) -> list[Doubt]:
     stiffness = _static_stiffness(lines)
     remedy = "check the sensitivities and their units (mV/N, mV/g, mV/(m/s^2)), and `quantity`"
     if not TIP_STIFFNESS_RANGE[0] < stiffness < TIP_STIFFNESS_RANGE[1]:
-        return [Doubt(name, f"its static stiffness is {stiffness / 1e6:.3g} N/um, which no tip of a tool has", remedy,
+        return [Doubt(name, f"its static stiffness is {stiffness / 1e6:.3g} N/µm, which no tip of a tool has", remedy,
                       grave=True)]
     if peaks:
         peak = peaks[0]
@@ -179,7 +179,7 @@ def _question_band(name: str, lines: BandLines, first_line: float) -> list[Doubt
 
 
 def _outside_doubt(name: str, where: str, softness: float, figure: float, remedy: str) -> Doubt:
-    return Doubt(name, f"what vibrates {where} is as soft as {softness * 1e6:.2g} um/N or softer: it may chatter before any "
+    return Doubt(name, f"what vibrates {where} is as soft as {softness * 1e6:.2g} µm/N or softer: it may chatter before any "
                  "mode that was seen", remedy, figure=figure, grave=True)
 
 

@@ -13,6 +13,7 @@ from toolpoint.studies.cuts.tool_dynamics import ToolDynamics
 from toolpoint.studies.machining.thin_walls.clamped_part import ClampedPart
 from toolpoint.studies.machining.thin_walls.part_responses import GROUP_STEP, MIN_MODE_SHARE
 from toolpoint.studies.machining.thin_walls.part_stages import STAGE_MODE_COUNT, StageCourse
+from toolpoint.studies.machining.thin_walls.part_states import RESPONSE_CHANGE
 from toolpoint.studies.machining.thin_walls.wall_contacts import ThicknessAtCuts
 from toolpoint.vibration import Frf, Modes
 
@@ -26,11 +27,12 @@ MAX_DISTANCE = 1e-3  # m, of a contact from the part
 
 
 def question_course(part: ClampedPart, course: StageCourse, *, removed: RemovedMaterial, distance: FloatArray,
-                    spread: FloatArray, walls: Sequence[ThicknessAtCuts], error: float | None, line: IndexArray
-                    ) -> tuple[list[Doubt], list[str]]:
+                    spread: FloatArray, walls: Sequence[ThicknessAtCuts], error: float | None, line: IndexArray,
+                    states: int, step: float) -> tuple[list[Doubt], list[str]]:
     """Return the doubts and the notes of a part's course.
 
-    distance (m), spread, line : (m,) of the places that cut; error : of the mesh, relative.
+    distance (m), spread, line : (m,) of the places that cut; error : of the mesh, relative; states : number of those at which
+    the response is taken; step : largest relative change of a frequency from one to the next.
     """
     doubts = [*part.doubts, *_place(course, removed, distance, line), *_mesh(walls, error), *_height(spread, line)]
     last = course.stages[-1].state
@@ -42,12 +44,17 @@ def question_course(part: ClampedPart, course: StageCourse, *, removed: RemovedM
         doubts.append(Doubt("stages of the work", f"{len(course.stages)} stages are solved at most; a frequency changes by "
                             f"up to {100 * course.change.max():.0f} % between two", "judge a part of the program",
                             figure=float(course.change.max())))
+    if step > 2 * RESPONSE_CHANGE:
+        doubts.append(Doubt("states of the work", f"{states} are solved at most; a frequency changes by up to "
+                            f"{100 * step:.1f} % between two, and a limit beside a lobe's flank by twenty times that",
+                            "judge a part of the program", figure=step))
     ratio = course.stages[-1].damping_ratio
     damping = f"{100 * part.damping_ratio:.2g} %, as given" if part.damping_ratio else \
         f"{100 * ratio.min():.2g} % of the last stage's modes, by the loss factors of the material alone"
     notes = [f"The work's own response: {part.name}, {course.cut.model.element_count} elements, {len(course.stages)} "
-             f"stages, the lowest frequencies within {100 * course.change.max(initial=0.0):.1f} % from one to the next (the "
-             f"nearer stage counts); {STAGE_MODE_COUNT} modes of each, up to {course.stages[-1].frequency[-1]:.0f} Hz at the "
+             f"stages, the lowest frequencies within {100 * course.change.max(initial=0.0):.1f} % from one to the next, and "
+             f"{states} states by the modes of the stages around, within {100 * step:.2g} %; {STAGE_MODE_COUNT} modes of "
+             f"each, up to {course.stages[-1].frequency[-1]:.0f} Hz at the "
              f"end, where their peak is above {100 * MIN_MODE_SHARE:.0f} % of the largest at a place, and what answers "
              f"at once; damping {damping}; {1e9 * last.volume:.5g} mm^3 left.",
              "Held faces of the work do not move, and the tool and the work stand on structures that do not move each other; "

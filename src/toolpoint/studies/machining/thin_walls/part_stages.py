@@ -57,10 +57,10 @@ def solve_stage(cut: CutSolid, part: ClampedPart, piece: int) -> PartStage:
     return PartStage(piece, state, omega / (2 * np.pi), ratio, shapes)
 
 
-def largest_change(first: PartStage, second: PartStage) -> float:
-    """Return the largest relative change of the lowest natural frequencies between two stages."""
-    count = min(JUDGED_MODES, first.frequency.size, second.frequency.size)
-    return float(np.abs(np.log(second.frequency[:count] / first.frequency[:count])).max())
+def largest_change(first: FloatArray, second: FloatArray) -> float:
+    """Return the largest relative change of the lowest natural frequencies (m,) between two stages."""
+    count = min(JUDGED_MODES, first.size, second.size)
+    return float(np.abs(np.log(second[:count] / first[:count])).max())
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,17 +74,18 @@ class StageCourse:
     is_capped: bool
 
     def stage_of(self, pieces: IndexArray) -> IndexArray:
-        """Return the stage that stands for the part while each of the pieces is cut: the nearer by the removed volume."""
-        begins = np.array([stage.piece for stage in self.stages])
-        following = np.clip(np.searchsorted(begins, pieces, side="right"), 1, max(len(begins) - 1, 1))
-        if len(begins) == 1:
-            return np.zeros(len(pieces), np.int64)
-        removed_volume, cut_volume = self._removed(begins), self._removed(np.asarray(pieces))
-        is_later = removed_volume[following] - cut_volume < cut_volume - removed_volume[following - 1]
-        return np.where(is_later, following, following - 1)
+        """Return the stage that stands for the part when so many pieces have been cut: the nearest by the removed volume."""
+        return nearest_of(self.cut, np.array([stage.piece for stage in self.stages]), np.asarray(pieces))
 
-    def _removed(self, pieces: IndexArray) -> FloatArray:
-        return volume_before(self.cut, pieces)
+
+def nearest_of(cut: CutSolid, stages: IndexArray, pieces: IndexArray) -> IndexArray:
+    """Return which of some stages (numbers of pieces that have been cut, in order) is the nearest by the removed volume."""
+    if len(stages) == 1:
+        return np.zeros(len(pieces), np.int64)
+    following = np.clip(np.searchsorted(stages, pieces, side="right"), 1, len(stages) - 1)
+    removed_volume, cut_volume = volume_before(cut, stages), volume_before(cut, pieces)
+    is_later = removed_volume[following] - cut_volume < cut_volume - removed_volume[following - 1]
+    return np.where(is_later, following, following - 1)
 
 
 def volume_before(cut: CutSolid, pieces: IndexArray) -> FloatArray:
@@ -114,7 +115,7 @@ def choose_stages(part: ClampedPart, cut: CutSolid, progress: Callable[[int, int
     waiting, is_capped = [(0, cut.sweep.count)], False
     while waiting:
         begin, end = waiting.pop(0)
-        if largest_change(solved[begin], solved[end]) <= part.stage_change:
+        if largest_change(solved[begin].frequency, solved[end].frequency) <= part.stage_change:
             continue
         # A stage begins behind a piece that took something; the pieces between two events leave the part as it is.
         between = cut.events[(cut.events >= begin) & (cut.events < end - 1)] + 1
@@ -130,7 +131,7 @@ def choose_stages(part: ClampedPart, cut: CutSolid, progress: Callable[[int, int
         solved[middle] = solve_stage(cut, part, middle)
         waiting += [(begin, middle), (middle, end)]
     stages = tuple(solved[piece] for piece in sorted(solved))
-    change = np.array([largest_change(a, b) for a, b in pairwise(stages)])
+    change = np.array([largest_change(a.frequency, b.frequency) for a, b in pairwise(stages)])
     return StageCourse(cut, stages, change, is_capped)
 
 
@@ -145,4 +146,4 @@ def estimate_mesh_error(part: ClampedPart, course: StageCourse) -> float | None:
     coarse = CutSolid(part.coarse, part.nodes_of(part.coarse), course.cut.sweep, part.springs_on(part.coarse))
     last = solve_stage(coarse, part, course.cut.sweep.count)
     ratio = (part.model.element_count / part.coarse.element_count) ** (1 / 3)
-    return largest_change(course.stages[-1], last) / (ratio**_MESH_ORDER - 1)
+    return largest_change(course.stages[-1].frequency, last.frequency) / (ratio**_MESH_ORDER - 1)
