@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from toolpoint._doubt import Doubt
-from toolpoint.signals.driving_doubts import question_driving_point, select_lines
+from toolpoint.signals.driving_doubts import question_driving_point, question_shared_delay, select_lines
 from toolpoint.signals.passivity import BandLines, active_matrix_share, find_peaks, look_outside
 from toolpoint.vibration import Dof, Frf, Modes
 from toolpoint.vibration.frequency_response import modal
@@ -86,7 +86,9 @@ def question_directions(ways: Mapping[str, Frf]) -> list[Doubt]:
                       f"{ways['y'].outputs[0]}: x and y are exchanged", "change the files over, or correct the labels",
                       grave=True)]
     # a file without labels counts as measured along x: one label alone decides nothing
-    return _question_gains(ways)
+    plane = {way: frf for way, frf in ways.items() if way in "xy"}
+    is_late = any(question_driving_point(frf) for frf in plane.values())
+    return _question_gains(ways) or ([] if is_late else question_shared_delay(plane))
 
 
 def _question_gains(ways: Mapping[str, Frf]) -> list[Doubt]:
@@ -136,7 +138,8 @@ def _first_omega(frf: Frf) -> float:
 def _static_stiffness(lines: BandLines) -> float:
     """Return the static stiffness, N/m, by what is lost at all lines and what stays outside of them."""
     outside = look_outside(lines)
-    loss = np.maximum(-lines.receptance.imag, 0.0)
+    # Lines below the noise lose nothing that is known: at the lowest ones the receptance of noise grows as 1/frequency^2.
+    loss = np.maximum(-lines.receptance.imag, 0.0) * lines.is_loud
     inside = 2 / np.pi * float(np.trapezoid(loss / lines.omega, lines.omega))
     return 1 / max(inside + max(outside.above, 0.0) + max(outside.below, 0.0), 1e-300)
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from toolpoint._check import FloatArray
+from toolpoint._check import FloatArray, IndexArray
 from toolpoint._doubt import Doubt
 from toolpoint.cutting import MillingProblem
 from toolpoint.cutting.build import tool_of
@@ -40,32 +40,40 @@ class FloorErrors:
     """Errors of what ends of tools leave, of every block (n,), m, not a number where not known.
 
     location : along the outward normal, positive where material is left; cusp : height between neighbouring tracks of a ball;
-    marks : feed marks of a ball; surface : normals; notes : what is not known, and why.
+    marks : feed marks of a ball; surface : normals; place : of those that cut (`PlaceArcs`) the one that stands for the block,
+    -1 where it leaves nothing; notes : what is not known, and why.
     """
 
     location: FloatArray
     cusp: FloatArray
     marks: FloatArray
     surface: LeftSurface
+    place: IndexArray
     doubts: tuple[Doubt, ...] = ()
     notes: tuple[str, ...] = ()
 
 
 def floor_errors(arcs: PlaceArcs, loads: CutLoads, margins: PlaceMargins | None, *, laid: ProgramPath, removed: RemovedMaterial,
-                 setup: MachiningSetup, solver: StabilitySolver | None = None, pose: np.ndarray | None = None) -> FloorErrors:
+                 setup: MachiningSetup, solver: StabilitySolver | None = None, pose: np.ndarray | None = None,
+                 surface: LeftSurface | None = None) -> FloorErrors:
     """Return the errors of floors and of ball ends, of the blocks whose surface stays to the end of the program.
 
     Of each block the place with the largest force counts; those that chatter have no forced vibration.
+
+    surface : of a tool that turns; that of the dexels along z where left out.
     """
-    n, surface = laid.path.count, find_left_surface(laid, removed)
-    location = np.full(n, np.nan)
-    block = laid.moves.block[removed.piece[arcs.place]]
-    leaves = ~np.isnan(surface.normal[block, 0]) & (loads.feed_per_tooth[arcs.place] > 0)
+    n, surface = laid.path.count, surface or find_left_surface(laid, removed)
+    location, judged = np.full(n, np.nan), np.full(n, -1)
+    piece = removed.piece[arcs.place]
+    block = laid.moves.block[piece]
+    normal = surface.normal_at(piece, block)
+    leaves = ~np.isnan(normal[:, 0]) & (loads.feed_per_tooth[arcs.place] > 0)
     order = np.flatnonzero(leaves)[np.argsort(-loads.lateral[arcs.place[leaves]], kind="stable")]
     chosen = order[np.sort(np.unique(block[order], return_index=True)[1])]
-    marks = _ball_marks(surface, loads.feed_per_tooth[arcs.place[chosen]], block[chosen], laid=laid, setup=setup)
+    judged[block[chosen]] = chosen
+    marks = _ball_marks(normal[chosen], loads.feed_per_tooth[arcs.place[chosen]], block[chosen], laid=laid, setup=setup)
     if margins is None or solver is None or pose is None:
-        return FloorErrors(location, surface.cusp, marks, surface)
+        return FloorErrors(location, surface.cusp, marks, surface, judged)
     stable, unknown = chosen[margins.stable[chosen]], set[str]()
     for m in stable[:MAX_FLOOR_BLOCKS].tolist():
         k, place = int(block[m]), int(arcs.place[m])
@@ -75,21 +83,21 @@ def floor_errors(arcs: PlaceArcs, loads: CutLoads, margins: PlaceMargins | None,
             unknown.add(reason)
             continue
         motion = _motion(problem, removed, place, feed=float(loads.feed_per_tooth[place]), speed=float(laid.speed[k]))
-        location[k] = error_along(motion, problem.tool, _in_feed_frame(surface.normal[k], float(arcs.angle[m])))
+        location[k] = error_along(motion, problem.tool, _in_feed_frame(normal[m], float(arcs.angle[m])))
     notes = tuple(f"Errors of floors are {reason}; the response of the tip along z and the axial coefficient give them."
                   for reason in sorted(unknown))
     doubts = list[Doubt]()
     if stable.size > MAX_FLOOR_BLOCKS:
         doubts.append(Doubt("errors of floors", f"computed for the {MAX_FLOOR_BLOCKS} of {stable.size} blocks with the largest "
                             "force", "judge a part of the program"))
-    return FloorErrors(location, surface.cusp, marks, surface, tuple(doubts), notes)
+    return FloorErrors(location, surface.cusp, marks, surface, judged, tuple(doubts), notes)
 
 
-def _ball_marks(surface: LeftSurface, feed: FloatArray, block: np.ndarray, *, laid: ProgramPath, setup: MachiningSetup
+def _ball_marks(normal: FloatArray, feed: FloatArray, block: np.ndarray, *, laid: ProgramPath, setup: MachiningSetup
                 ) -> FloatArray:
     """Return the height of the feed marks that balls leave on their blocks, m; alike feeds and normals are computed once."""
     marks = np.full(laid.path.count, np.nan)
-    lean = np.hypot(surface.normal[block, 0], surface.normal[block, 1])
+    lean = np.hypot(normal[:, 0], normal[:, 1])
     for number in np.unique(laid.tool[block]).tolist():
         tool = tool_of(setup.cut_of(number))
         if tool.corner_radius < _BALL_SHARE * tool.radius:
@@ -149,13 +157,14 @@ def error_along(motion: FloatArray, tool: Tool, normal: FloatArray) -> float:
     """Return by how much a surface of an outward normal (3,) stands out after a motion of the tip over the rotation between two
     teeth (n, 3), m, both in the frame of the feed."""
     outward, lean = motion @ normal, float(np.hypot(normal[0], normal[1]))
-    if tool.corner_radius == 0:  # the end's edges sweep the floor before the axis and behind it
+    if tool.corner_radius == 0 and lean < _TIP_SHARE:  # the end's edges sweep the floor before the axis and behind it
         phi = np.linspace(0.0, np.pi, len(motion))
         swept = np.minimum(_at_rotation(outward, tool, phi), _at_rotation(outward, tool, -phi))
         return float(swept[np.argmax(np.abs(swept))])
     if lean < _TIP_SHARE:
         return float(outward.min())
-    phi = np.arctan2(-normal[0], -normal[1])  # the point lies against the normal, clockwise from y
+    # The point lies against the normal, clockwise from y: on the corner, or on the rim of a flat end that leans.
+    phi = np.arctan2(-normal[0], -normal[1])
     height = tool.corner_radius * (1 - normal[2])
     return float(_at_rotation(outward, tool, np.array([phi + 2 * np.tan(np.mean(tool.helix)) / tool.diameter * height]))[0])
 

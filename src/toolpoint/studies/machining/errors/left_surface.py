@@ -10,25 +10,31 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from toolpoint._check import FloatArray
+from toolpoint._check import FloatArray, IndexArray
 from toolpoint.drives.program.path import ARC_KIND
 from toolpoint.material_removal import RemovedMaterial
 from toolpoint.studies.machining.program_path import ProgramPath
 
 _FLOOR_TOLERANCE = 1e-6  # m, between the height of a dexel and the tip that cut it flat
-_SAME_TRACK_SHARE = 0.02  # of the radius: centres nearer across the feed are of one track
+SAME_TRACK_SHARE = 0.02  # of the radius: centres nearer across the feed are of one track
 
 
 @dataclass(frozen=True, eq=False)
 class LeftSurface:
     """Surface that the ends of tools leave, of every block (n,).
 
-    normal : (n, 3) mean outward normal in the program's axes, not a number where a block leaves nothing by the end of its tool;
-    cusp : height of the largest cusp between it and its neighbours, m, not a number where it has none, or no ball.
+    normal : (n, 3) mean outward normal in the program's axes (of a tool that turns along its own), not a number where a block
+    leaves nothing by the end of its tool; cusp : height of the largest cusp between it and its neighbours, m, not a number
+    where it has none, or no ball; step_normal : (pieces, 3) the same normals of the pieces of a path that turns the tool.
     """
 
     normal: FloatArray
     cusp: FloatArray
+    step_normal: FloatArray | None = None
+
+    def normal_at(self, piece: IndexArray, block: IndexArray) -> FloatArray:
+        """Return the normals (m, 3) at places, by their piece where the tool turns, else by their block."""
+        return self.normal[block] if self.step_normal is None else self.step_normal[piece]
 
 
 def find_left_surface(laid: ProgramPath, removed: RemovedMaterial) -> LeftSurface:
@@ -96,7 +102,7 @@ def _cusps(laid: ProgramPath, removed: RemovedMaterial, places: tuple[np.ndarray
         way = way / np.maximum(np.linalg.norm(way, axis=1, keepdims=True), 1e-12)
         gap = centre[b] - centre[a]
         across = np.linalg.norm(gap - (gap * way).sum(axis=1, keepdims=True) * way, axis=1)
-        is_track = (across > _SAME_TRACK_SHARE * radius) & (across < 2 * radius)
+        is_track = (across > SAME_TRACK_SHARE * radius) & (across < 2 * radius)
         height = radius - np.sqrt(np.maximum(radius**2 - across**2 / 4, 0.0))
         for side in pairs:
             np.maximum.at(cusp, block[side[is_track]], height[is_track])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 
@@ -55,6 +56,9 @@ class ServoCourse:
     feed_force: FloatArray
     doubts: tuple[Doubt, ...] = ()
     notes: tuple[str, ...] = ()
+
+
+_Course = TypeVar("_Course", bound=ServoCourse)
 
 
 def follow_program(laid: ProgramPath, removed: RemovedMaterial, force: FloatArray, *, setup: MachiningSetup,
@@ -184,7 +188,7 @@ def axis_of_largest(share: FloatArray, block: np.ndarray, count: int) -> np.ndar
     return axis
 
 
-def with_remarks(course: ServoCourse, laid: ProgramPath, drives: DriveDescription, *, notes: tuple[str, ...]) -> ServoCourse:
+def with_remarks(course: _Course, laid: ProgramPath, drives: DriveDescription, *, notes: tuple[str, ...]) -> _Course:
     """Return the course with doubts of saturated drives and of axes that were taken as ideal."""
     doubts = []
     over = np.flatnonzero(course.use >= SATURATION_RATIO)

@@ -22,13 +22,14 @@ from toolpoint.studies.machining.blocks import table_blocks
 from toolpoint.studies.machining.contacts import contact_doubts, question_loads
 from toolpoint.studies.machining.engagement_classes import PlaceArcs, arcs_of_places, group_places
 from toolpoint.studies.machining.errors.block_errors import BlockErrors
+from toolpoint.studies.machining.errors.floor_errors import floor_errors
 from toolpoint.studies.machining.errors.wall_errors import wall_errors
 from toolpoint.studies.machining.five_axes.axis_course import AxisCourse, find_axis_course, question_travels
 from toolpoint.studies.machining.five_axes.axis_times import StepTimes, plan_steps, question_feeds
 from toolpoint.studies.machining.five_axes.tool_directions import RotaryAxes
 from toolpoint.studies.machining.five_axes.turned_course import follow_turned
 from toolpoint.studies.machining.five_axes.turned_doubts import feed_doubts, way_doubts
-from toolpoint.studies.machining.five_axes.turned_errors import FLOORS_LEFT_OUT, list_error_grounds, table_turned_errors
+from toolpoint.studies.machining.five_axes.turned_errors import list_error_grounds, table_turned_errors
 from toolpoint.studies.machining.five_axes.turned_gouges import question_gouges
 from toolpoint.studies.machining.five_axes.turned_path import (
     MAX_STEP_TURN,
@@ -42,6 +43,7 @@ from toolpoint.studies.machining.five_axes.turned_poses import (
     TURNED_POSE_TURN,
     find_turned_poses,
 )
+from toolpoint.studies.machining.five_axes.turned_surface import find_turned_surface
 from toolpoint.studies.machining.judged_places import JudgedPlaces
 from toolpoint.studies.machining.limit_interval import find_limit_interval
 from toolpoint.studies.machining.loads import CutLoads, place_loads
@@ -213,13 +215,16 @@ def _lay(path: DrivePath, turned: TurnedPath, removed: TurnedRemoval, times: Ste
 
 def _errors(case: _Case, verdicts: _Verdicts, course: AxisCourse | None, times: StepTimes, *, machine: Machine | None
             ) -> BlockErrors:
-    """Return the errors of walls and of the servo."""
+    """Return the errors of walls, of what the tool's end leaves, and of the servo."""
     judged = verdicts.judged
     walls = wall_errors(case.arcs, case.loads, verdicts.margins, laid=case.laid, removed=case.removed, setup=case.setup,
                         solver=None if judged is None else judged.solver, pose=verdicts.pose)
     servo = follow_turned(case.laid, case.removed, case.loads.force, drives=case.setup.drives, course=course, times=times,
                           machine=machine)
-    return table_turned_errors(walls, servo, arcs=case.arcs, laid=case.laid, removed=case.removed)
+    floors = floor_errors(case.arcs, case.loads, verdicts.margins, laid=case.laid, removed=case.removed, setup=case.setup,
+                          solver=None if judged is None else judged.solver, pose=verdicts.pose,
+                          surface=find_turned_surface(case.turned, case.removed, case.laid.path.count))
+    return table_turned_errors(walls, floors, servo, arcs=case.arcs, laid=case.laid, removed=case.removed)
 
 
 def _judge(case: _Case, dynamics: Machine | ToolDynamics, rotary: RotaryAxes | None, *, folder: Path | None, tips: ToolTips,
@@ -269,7 +274,7 @@ def _study(name: str, text: str, case: _Case, verdicts: _Verdicts, errors: Block
     contacts = [*contact_doubts(removed, laid), *question_gouges(removed, laid, case.setup),
                 *question_loads(blocks, removed, laid, setup=case.setup)]
     notes = [*laid.remarks, *verdicts.notes, *errors.notes, *list_error_grounds(errors, blocks.verdict > 0)]
-    all_doubts = dict.fromkeys([*contacts, *doubts, *doubts_among(notes), FLOORS_LEFT_OUT])
+    all_doubts = dict.fromkeys([*contacts, *doubts, *doubts_among(notes)])
     margins = verdicts.margins
     return MachiningStudy(
         name, case.setup, laid, removed, blocks, tuple(all_doubts),

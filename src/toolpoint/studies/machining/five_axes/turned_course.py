@@ -6,11 +6,11 @@ servo is, J of the turn that belongs to these. Rotary axes are taken as equally 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from toolpoint._check import FloatArray
+from toolpoint._check import FloatArray, IndexArray
 from toolpoint._doubt import Doubt
 from toolpoint.drives.accuracy.lag import delay, estimate_lag
 from toolpoint.drives.build import build_servo
@@ -39,6 +39,15 @@ _NO_SAMPLES = np.zeros(0)
 
 
 @dataclass(frozen=True, eq=False)
+class TurnedServoCourse(ServoCourse):
+    """Motion of the servo along a five-axis program; at the samples that cut, (n,): step under way, and deviation (n, 3) of the
+    tip across its path in the work, m, without the cutting force and with what the motors yield under it."""
+
+    step: IndexArray = field(default_factory=lambda: np.zeros(0, np.int64))
+    deviation: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
+
+
+@dataclass(frozen=True, eq=False)
 class _Timeline:
     """Knots of the set points: time (k,), positions of X, Y and Z (k, 3), their speeds; step that ends at each, -1 for none."""
 
@@ -53,7 +62,7 @@ class _Timeline:
 
 
 def follow_turned(laid: ProgramPath, removed: TurnedRemoval, force: FloatArray, *, drives: DriveDescription | None,
-                  course: AxisCourse | None, times: StepTimes, machine: Machine | None) -> ServoCourse | Doubt | None:
+                  course: AxisCourse | None, times: StepTimes, machine: Machine | None) -> TurnedServoCourse | Doubt | None:
     """Return the motion of the servo along a five-axis program; None without drives, a doubt where it is not computed.
 
     force : (places, 3) mean cutting force on the tool along its own axes, N.
@@ -175,14 +184,18 @@ class _Sampled:
         actual = result.output("table") + self.command.position[0]
         late = delay(result.time, set_point, estimate_lag(result.time, set_point, actual))
         moved, step = self.tip_deviation(result, actual - late)
+        return self.across(moved, step), step
+
+    def across(self, moved: FloatArray, step: IndexArray) -> FloatArray:
+        """Return the part of motions of the tip (n, 3), m, that lies across the path of its step."""
         way = self.removed.moves.rows[np.maximum(step, 0), 3:6] - self.removed.moves.rows[np.maximum(step, 0), 0:3]
         size = np.linalg.norm(way, axis=1, keepdims=True)
         unit = way / np.where(size > 0, size, 1.0)
-        return moved - (moved * unit).sum(axis=1, keepdims=True) * unit, step
+        return np.asarray(moved - (moved * unit).sum(axis=1, keepdims=True) * unit)
 
 
 def _course(sampled: _Sampled, servo: Servo, drives: DriveDescription, runs: list[ServoResult], *, force: FloatArray
-            ) -> ServoCourse:
+            ) -> TurnedServoCourse:
     """Return the course by blocks: samples while the tool cuts count; loads of the drives count always."""
     free, loaded = runs
     n, block = sampled.laid.path.count, sampled.laid.moves.block
@@ -197,6 +210,9 @@ def _course(sampled: _Sampled, servo: Servo, drives: DriveDescription, runs: lis
     np.maximum.at(push, block[step[mask]], np.linalg.norm(further[mask], axis=1))
     share, under_way = drive_use(drives, loaded), block[np.maximum(step, 0)]
     np.maximum.at(use, under_way, share.max(axis=1))
-    nothing, flat = np.zeros(0, int), np.zeros((0, 2))
-    return ServoCourse(tuple(drives.axes), nothing, _NO_SAMPLES, flat, flat, flat, _NO_SAMPLES, contour, push, use,
-                       axis_of_largest(share, under_way, n), force)
+    following, step_without = sampled.deviation(free)
+    both = mask & (step_without >= 0)
+    deviation = following[both] + sampled.across(further[both], step[both])
+    flat = np.zeros((0, 2))
+    return TurnedServoCourse(tuple(drives.axes), block[step[both]], _NO_SAMPLES, flat, flat, flat, _NO_SAMPLES, contour, push,
+                             use, axis_of_largest(share, under_way, n), force, step=step[both], deviation=deviation)
