@@ -31,11 +31,17 @@ def draft_components(folder: str | Path) -> str:
     """
     root = Path(folder)
     described = io.read_project(root / PROJECT_FILE)
-    if described.components is not None:
-        with contextlib.suppress(OSError):
+    if described.components is not None and _lies_within(root, described.components):
+        with contextlib.suppress(OSError, UnicodeDecodeError):
             return (root / described.components).read_text(encoding="utf-8")
-    head = [] if described.geometry is None else _points_in_words(root / described.geometry)
+    has_points = described.geometry is not None and _lies_within(root, described.geometry)
+    head = _points_in_words(root / str(described.geometry)) if has_points else []
     return "\n".join([*head, read_template("components")])
+
+
+def _lies_within(root: Path, name: str) -> bool:
+    """Return whether a file lies in the project's folder, links followed: a page may neither show nor write another."""
+    return (root / name).resolve().is_relative_to(root.resolve())
 
 
 def _points_in_words(file: Path) -> list[str]:
@@ -70,6 +76,8 @@ def write_components(folder: str | Path, text: str) -> str:
     root = Path(folder)
     described = io.read_project(root / PROJECT_FILE)
     name = described.components or COMPONENTS_FILE
+    if not _lies_within(root, name):
+        raise ToolpointError(f"components: {name} lies outside the project; copy it into its folder and enter it from there")
     draft = root / f".{Path(name).name}.draft.yaml"
     try:
         draft.write_text(text, encoding="utf-8")

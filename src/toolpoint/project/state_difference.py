@@ -145,7 +145,7 @@ def _interval_words(goal: Mapping[str, Any]) -> str:
         return ""
     lower, upper = goal["interval_m"]
     above = f"above {1e3 * goal['depth_max_m']:.3g}" if goal.get("depth_max_m") else "no end"
-    return " .. ".join(above if end is None else f"{1e3 * end:.3g}" for end in (lower, upper))
+    return above if lower is None else " .. ".join(above if end is None else f"{1e3 * end:.3g}" for end in (lower, upper))
 
 
 def _ends(goal: Mapping[str, Any]) -> tuple[float, float]:
