@@ -1,4 +1,4 @@
-"""One point of a test stated elsewhere than it was measured: is it named and left out, and are the joints those without the slip.
+"""One point of a test stated elsewhere than it was measured: is it left out, and are the joints those without the slip.
 
 The machines: benchmarks/joint_identification/joint_machines.py, three to five bodies, six points a body. Their undamped modes
 with noise of 1 % of each mode's rms, coordinates within 2 mm (told), masses exact, one random point moved by each of the
@@ -32,7 +32,7 @@ HALF_WIDTH_DEVIATIONS = 1.96
 
 @dataclass(frozen=True, eq=False)
 class Shapes:
-    """Modes of a case with noise, points as they are stated, the one that is moved, and the direction that it is moved along."""
+    """Modes of a case with noise, points as they are stated, the one that is moved, and the direction of its move."""
 
     case: jm.Case
     modes: Modes
@@ -108,7 +108,8 @@ def main() -> None:
     for distance in DISTANCES:
         print(f"{1e3 * distance:.0f} mm: left out {sum(named[distance])} of {len(named[distance])}, another point "
               f"{sum(wrong[distance])}, stiffness error median {100 * np.median(errors[distance]):.2f} %, worst "
-              f"{100 * max(errors[distance]):.1f} %, intervals hold {100 * np.mean(held[distance]):.0f} % of {len(held[distance])}")
+              f"{100 * max(errors[distance]):.1f} %, intervals hold {100 * np.mean(held[distance]):.0f} % of "
+              f"{len(held[distance])}")
 
 
 if __name__ == "__main__":
