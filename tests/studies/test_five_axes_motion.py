@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from toolpoint import io, studies
+from toolpoint import ToolpointError, io, studies
 from toolpoint._doubt import Doubt
 from toolpoint.cutting.description import CuttingDescription
 from toolpoint.drives.description import (
@@ -181,6 +181,46 @@ def test_unlike_gains_leave_the_contour_error_of_the_machines_own_axes(trunnion:
     loaded = _run(LINE.format(a=0, c=turn, feed=3000), trunnion, drives=_servo())
     assert loaded.errors is not None and loaded.errors.columns["push"][k] > 100 * study.errors.columns["push"][k] > 0
     assert any("rotary axes are not in the drive file" in doubt for doubt in study.doubts)
+
+
+def test_the_tip_follows_a_turn_of_the_table_by_its_arm(trunnion: Machine) -> None:
+    """C alone moves the work under the tip by its distance from the axis, square to it; linear axes move it one to one."""
+    _, _, _, course = _course("S9000\nG43.4\nG0 X30 Y40 Z5 A0 C0\nG1 X31 C20 F1800\nG49", trunnion)
+    turn = course.slopes[1, 0, :, 5]
+    assert np.linalg.norm(turn) == pytest.approx(0.05, rel=1e-6)
+    assert abs(turn @ [0.03, 0.04, 0.0]) < 1e-9 and abs(turn[2]) < 1e-9
+    assert np.linalg.norm(course.slopes[:, :, :, :3], axis=2) == pytest.approx(1.0, rel=1e-9)
+
+
+@pytest.mark.slow
+def test_a_late_rotary_axis_leaves_its_own_error(trunnion: Machine) -> None:
+    """The tip goes outwards from the table's axis, which turns: r w (1/K_C - 1/K_X) across its way, at the largest r."""
+    servo = _servo((20.0, 20.0, 20.0))
+    table = MechanicsDescription("reducer", inertia=0.005, gear_ratio=100.0, load_inertia=1.0, torsion=1e7,
+                                 torsion_damping=500.0)
+    axes = {**servo.axes, "C": DriveAxisDescription(mechanics=table, position=PositionDescription(gain=10.0),
+                                                    velocity=VelocityDescription(gain=1.0))}
+    soft = CuttingDescription.of(diameter=0.01, teeth=4, tangential=2e6, normal=1e6, flute_length=0.03)
+    text = "S9000\nG43.4 H1\nG0 X-8 Y0 Z-2 A0 C0\nG1 X38 Y0 A0 C40 F1200\nG49\nG0 Z90"
+    errors = {}
+    for name, drives in (("late", DriveDescription("trunnion", axes)), ("not driven", servo)):
+        study = _run(text, trunnion, drives=drives, cut=soft)
+        k = int(np.flatnonzero(study.laid.path.line == 4)[0])
+        assert study.errors is not None
+        errors[name] = float(study.errors.columns["contour"][k])
+        said = any("rotary axes are not in the drive file" in doubt for doubt in study.doubts)
+        assert said == (name == "not driven")
+    rate = np.radians(40) / (0.046 / 0.02)
+    assert errors["late"] == pytest.approx(0.038 * rate * (1 / 10 - 1 / 20), rel=0.05)
+    assert errors["not driven"] < 0.2 * errors["late"]
+
+
+def test_drives_of_foreign_axes_are_refused_by_name(trunnion: Machine) -> None:
+    servo = _servo()
+    rigid = next(iter(servo.axes.values()))
+    for name, words in (("U", "axis U"), ("C", "must be reducer")):
+        with pytest.raises(ToolpointError, match=words):
+            _run(LINE.format(a=0, c=0, feed=1800), trunnion, drives=DriveDescription("trunnion", {**servo.axes, name: rigid}))
 
 
 @pytest.mark.slow

@@ -6,8 +6,8 @@ then shows
 .. math:: u_{pr} - d \cdot (v_r + w_r \times p) = d \cdot (w_r \times \delta)
 
 which is linear in :math:`\delta`, however large it is. It is misplaced where the others move as one body far better without
-it, and where one shift of it explains what it shows in all modes. Such a point is left out of the motion of its component,
-which the others determine; what needs its place (a driving point) takes it where they put it.
+it, and where one shift of it explains what it shows in all modes, but for noise. Such a point is left out of the motion of its
+component, which the others determine; what needs its place (a driving point) takes it where they put it.
 """
 
 from __future__ import annotations
@@ -26,6 +26,8 @@ from toolpoint.joint_identification.motion.rigid_motion import SmallMotion
 MIN_PLACED_POINTS = 4  # of a component, of which one may be misplaced
 MIN_FREE_DISPLACEMENTS = 4  # of the other points in all modes, beyond their motions
 MIN_PLACE_MISFIT_RATIO = 6.0  # misfit with a point over that without it, and of the point as stated over that at its new place
+MAX_PLACED_MISFIT_RATIO = 25.0  # of a displacement at the new place over those of the others, which their motions reach farther
+MAX_ROUNDING_MISFIT = 1e-16  # of what it left as stated: that of rounding
 MIN_SHIFT_RATIO = 1e-3  # of the size of the component: less changes no joint, and may be rounding of exact shapes
 
 
@@ -56,7 +58,11 @@ def find_misplaced(parts: Mapping[str, Component]) -> list[MisplacedPoint]:
         if not np.isfinite(min_misfit) or total < min_misfit or second < min_misfit / 2:
             continue
         as_stated, moved, shift = _shift_of(part, suspect)
-        if as_stated < MIN_PLACE_MISFIT_RATIO * moved or np.linalg.norm(shift) < MIN_SHIFT_RATIO * part.size:
+        freedom = max(int((part.owner == suspect).sum()) * part.values.shape[1] - 3, 1)
+        # A point of another body moves otherwise wherever it is put: its best place leaves far more than noise.
+        is_explained = moved / freedom < max(MAX_PLACED_MISFIT_RATIO * misfits[suspect], MAX_ROUNDING_MISFIT * as_stated)
+        if as_stated < MIN_PLACE_MISFIT_RATIO * moved or not is_explained or (
+                np.linalg.norm(shift) < MIN_SHIFT_RATIO * part.size):
             continue
         words = _doubt_of(part, suspect, shift, ratio=total / max(float(misfits[suspect]), 1e-300))
         misplaced.append(MisplacedPoint(name, part.points[suspect], part.at[suspect] + shift, words))

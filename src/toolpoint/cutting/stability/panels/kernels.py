@@ -34,6 +34,7 @@ from toolpoint.cutting.stability.panels.records import (
 from toolpoint.cutting.stability.sorting import number_below
 
 TURN = 2 * math.pi
+WALL_ROUNDS = 80  # evaluations at most in the search for a wall; about eight are needed
 # Exponents of a pole's decay over a panel: up to which Gauss nodes may carry a pole that they do not resolve, and up to which
 # the factors before and after a node stay within double precision.
 MAX_UNRESOLVED_DECAY = 1.0
@@ -70,6 +71,44 @@ def beyond_walls(angle: float, slope: float, u: float, walls: Walls, out: FloatA
 
 
 @nb.njit(cache=True, nogil=True)
+def wall_length(angle: float, slope: float, span: tuple[float, float], values: tuple[float, float], wall: int, walls: Walls,
+                room: FloatArray) -> tuple[float, float]:
+    """Return the edge lengths on the side of the first and of the last end of a span between which the edge meets a wall, equal
+    to the last digit.
+
+    values : how far the ends of the span are beyond the wall, rad, of unlike signs. Inverse quadratic interpolation where it
+    falls well within the span, else its middle (Chandrupatla, 1997): eight evaluations where halving takes fifty.
+    """
+    a, b = span[1], span[0]
+    fa, fb = values[1], values[0]
+    c, fc, share = a, fa, 0.5
+    for _ in range(WALL_ROUNDS):
+        x = a + share * (b - a)
+        beyond_walls(angle, slope, x, walls, room)
+        fx = room[wall]
+        if (fx > 0) == (fa > 0):
+            c, fc = a, fa
+        else:
+            c, fc, b, fb = b, fb, a, fa
+        a, fa = x, fx
+        nearest = a if abs(fa) < abs(fb) else b
+        tolerance = 2.3e-16 * abs(nearest) + 1e-24
+        width = abs(b - a)
+        if fa == 0.0 or tolerance > 0.5 * width:
+            break
+        share = 0.5
+        if fc != fb and fc != fa:
+            xi, phi = (a - b) / (c - b), (fa - fb) / (fc - fb)
+            if phi * phi < xi and (1 - phi) * (1 - phi) < 1 - xi:
+                share = (fa / (fb - fa)) * (fc / (fb - fc)) + (c - a) / (b - a) * (fa / (fc - fa)) * (fb / (fc - fb))
+        edge = tolerance / width
+        share = min(max(share, edge), 1 - edge)
+    if (fa > 0) == (values[0] > 0):
+        return a, b
+    return b, a
+
+
+@nb.njit(cache=True, nogil=True)
 def tooth_pieces(angle: float, slope: float, marks: FloatArray, walls: Walls, out: FloatArray) -> int:
     """Write the pieces of the edge (u from, to) in cut when its tip is at `angle`; return their number.
 
@@ -93,14 +132,7 @@ def tooth_pieces(angle: float, slope: float, marks: FloatArray, walls: Walls, ou
             if not first and not last:
                 upper = lower
                 break
-            x, y = a, b
-            for _ in range(60):  # halvings to the last digit; the wall is met once between marks
-                m = 0.5 * (x + y)
-                beyond_walls(unwrapped, slope, m, walls, middle)
-                if (middle[wall] > 0) == first:
-                    x = m
-                else:
-                    y = m
+            x, y = wall_length(unwrapped, slope, (a, b), (ends[0, wall], ends[1, wall]), wall, walls, middle)
             if first:
                 upper = min(upper, x)
             else:
@@ -114,7 +146,13 @@ def tooth_pieces(angle: float, slope: float, marks: FloatArray, walls: Walls, ou
 @nb.njit(cache=True, nogil=True)
 def directions(phi: float, kappa: float, law: EdgeLaw, cut: FloatArray, drag: FloatArray) -> None:
     """Write k n^T and (n + mu t) n^T of an edge element."""
-    s, c, sk, ck = math.sin(phi), math.cos(phi), math.sin(kappa), math.cos(kappa)
+    directions_of(math.sin(phi), math.cos(phi), (math.sin(kappa), math.cos(kappa)), law, cut, drag)
+
+
+@nb.njit(cache=True, nogil=True, inline="always")
+def directions_of(s: float, c: float, leaning: tuple[float, float], law: EdgeLaw, cut: FloatArray, drag: FloatArray) -> None:
+    """Write what `directions` does from sine and cosine of phi, and of kappa (`leaning`)."""
+    sk, ck = leaning
     n = (s * sk, c * sk, -ck)
     t = (c, -s, 0.0)
     m = (-s * ck, -c * ck, -sk)
@@ -139,7 +177,7 @@ def lay(angle: FloatArray, edges: EdgeLines, walls: Walls, law: EdgeLaw, gx: Flo
     d = now.shape[1]
     cut, push = np.empty((d, d)), np.empty((d, d))
     pieces = np.empty((2 * edges.marks.size, 2))
-    used = 0
+    used, rounded = 0, 0.5 * math.pi * walls.corner
     for i in range(angle.size):
         first[i] = used
         for j in range(start.size):
@@ -150,8 +188,14 @@ def lay(angle: FloatArray, edges: EdgeLines, walls: Walls, law: EdgeLaw, gx: Flo
                 for g in range(gx.size):
                     u = a + 0.5 * (b - a) * (1 + gx[g])
                     share = 0.5 * (b - a) * gw[g]
-                    z, kappa, _ = place(u, walls.corner, walls.radius)
-                    directions(angle[i] - start[j] - slope[j] * z, kappa, law, cut, push)
+                    if u < rounded:  # as `place`, with the sine and the cosine that the directions take too
+                        leaning = math.sin(u / walls.corner), math.cos(u / walls.corner)
+                        z = walls.corner * (1 - leaning[1])
+                    else:
+                        leaning = 1.0, 0.0
+                        z = walls.corner + (u - rounded)
+                    phi = angle[i] - start[j] - slope[j] * z
+                    directions_of(math.sin(phi), math.cos(phi), leaning, law, cut, push)
                     if edges.spread or not has_entry:
                         if used >= matrix.shape[0]:
                             return -1

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from toolpoint._check import Array, FloatArray
+from toolpoint._check import Array, BoolArray, FloatArray
 from toolpoint.cutting.cut.arc import gauss
 from toolpoint.cutting.cut.problem import MillingProblem
 from toolpoint.cutting.stability.panels.kernels import limits, place
@@ -88,7 +88,7 @@ class Edges(NamedTuple):
         marks = _marks(problem, depth, edges.steepest)
         turns = edges.turns
         if edges.corner > 0:
-            turns = turning_points(problem, depth, edges.slope)
+            turns = turning_points(problem, depth)
             marks = np.unique(np.concatenate([marks, turns]))
         return edges._replace(marks=marks, turns=turns, points=min(edges.points, points))
 
@@ -135,15 +135,24 @@ def _marks(problem: MillingProblem, depth: float, slope: float) -> FloatArray:
     return marks
 
 
-def turning_points(problem: MillingProblem, depth: float, slopes: FloatArray) -> FloatArray:
-    """Return the edge lengths on the corner where a wall begins to bound the local radius, and where the entry or exit of a
-    helical edge moves neither up nor down it: there the cut begins or ends within the edge, not at its ends."""
+def turning_points(problem: MillingProblem, depth: float) -> FloatArray:
+    """Return the edge lengths on the corner, up to a depth, where a wall begins to bound the local radius, and where the entry
+    or exit of a helical edge moves neither up nor down it: there the cut begins or ends within the edge, not at its ends."""
+    corner = problem.tool.corner_radius
+    turns = _corner_turns(problem)
+    return turns[turns < corner * float(np.arccos(max(-1.0, 1 - min(depth, corner) / corner)))]
+
+
+@lru_cache(maxsize=16)
+def _corner_turns(problem: MillingProblem) -> FloatArray:
+    """Return the turning points of the whole corner: all depths share them."""
     arc, radius, corner = problem.engagement, problem.tool.radius, problem.tool.corner_radius
     walls = (radius * np.abs(np.cos([arc.entry, arc.exit])) - radius + corner) / corner
-    length_max = corner * float(np.arccos(max(-1.0, 1 - min(depth, corner) / corner)))
+    length_max = 0.5 * np.pi * corner
     begins = corner * np.arcsin(walls[(walls > 0) & (walls < 1)])
-    grid = np.unique(np.concatenate([length_max * (1 - np.cos(np.linspace(0, np.pi, 200))) / 2, begins[begins < length_max]]))
+    grid = np.unique(np.concatenate([length_max * (1 - np.cos(np.linspace(0, np.pi, 400))) / 2, begins[begins < length_max]]))
     lengths = [u for u in begins.tolist() if u < length_max]
+    slopes = _whole_edges(problem).slope
     for slope in np.unique(slopes[slopes > 0]).tolist():
         for wall in range(2):
             def angle(u: float, wall: int = wall, slope: float = slope) -> float:
@@ -192,9 +201,10 @@ class CutPanels:
         self.ends = find_ends(np.array(heights), edges.lines, self.walls, edges.period, min(0.95 * shortest, longest))
         count = nodes_min + np.ceil(waves * (self.ends[1:] - self.ends[:-1])).astype(int)
         self._lay(count)
-        keep = self.cutting | self.needed
-        if not keep.all():
-            self._lay(np.where(keep, count, 0))
+        if not self.empty:
+            keep = self.cutting | self.needed
+            if not keep.all():
+                self._leave_out(~keep)
 
     def scale(self, depth: float) -> float:
         """Return the factor of the laid cut at another depth: a plain cut is linear in it, any other holds for its own
@@ -214,6 +224,23 @@ class CutPanels:
             self.ends, count, node_table(int(count.max())), (edges.lines, self.walls, law, x, w, edges.period),
             problem.plane.size)
         self.layout = Layout(self.offset, count, self.cutting, *laid)
+        self._set_kinds()
+
+    def _leave_out(self, unused: BoolArray) -> None:
+        """Leave out the nodes of panels that neither cut nor are looked into: nothing is laid on them."""
+        kept, count = np.repeat(~unused, self.count), np.where(unused, 0, self.count)
+        self.count, self.empty = count, not count.any()
+        if self.empty:
+            return
+        self.angle, self.half, self.offset = self.angle[kept], self.half[kept], np.cumsum(count) - count
+        laid = self.layout
+        self.layout = laid._replace(
+            offset=self.offset, number=count, now=laid.now[kept], drag=laid.drag[kept], rows=laid.rows[:, :count.max()].copy(),
+            first=np.append(laid.first[:-1][kept], laid.first[-1]))
+        self._set_kinds()
+
+    def _set_kinds(self) -> None:
+        count = self.count
         kinds = tuple(sorted(set(count.tolist()) - {0}))
         self.kind = np.searchsorted(kinds, np.maximum(count, kinds[0]))
         self.rising, self.legendre = rising_table(kinds), legendre_table(kinds)

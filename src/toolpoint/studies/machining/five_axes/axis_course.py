@@ -20,6 +20,7 @@ from toolpoint.studies.machining.five_axes.turned_path import TurnedPath
 
 LINEAR_LETTERS = "XYZ"
 _AXIS_SLOPE_STEP = 0.01  # m, of a linear axis from its position at the program's zero
+_AXIS_TURN_STEP = 1e-4  # rad, of a rotary axis to both sides of its position
 _PLACE_TOLERANCE = 1e-8  # m, between a place and that of the solved axes
 _STEPS_AT_ONCE = 20_000  # whose poses are computed together: 0.2 GB
 _TRAVEL_TOLERANCE = 1e-9  # m
@@ -30,7 +31,8 @@ class AxisCourse:
     """Positions of the axes at both ends of every step, m and rad.
 
     linear : (n, 2, 3) of X, Y and Z; rotary : (n, 2, 3) of A, B and C, zero for those that the machine lacks; slopes :
-    (n, 2, 3, 3) motion of the tip in the work over that of X, Y and Z (columns).
+    (n, 2, 3, 6) motion of the tip in the work over that of X, Y, Z, A, B and C (columns), each alone; zero for those that the
+    machine lacks.
     """
 
     linear: FloatArray
@@ -49,7 +51,7 @@ def find_axis_course(rotary: RotaryAxes, turned: TurnedPath) -> AxisCourse | Non
     if any(letter not in axes or axes[letter].is_rotary for letter in LINEAR_LETTERS):
         return None
     tips, angles = turned.moves.tips.reshape(-1, 3), turned.angles_at_ends.reshape(-1, 3)
-    linear, slopes = np.zeros(tips.shape), np.zeros((len(tips), 3, 3))
+    linear, slopes = np.zeros(tips.shape), np.zeros((len(tips), 3, 6))
     for first in range(0, len(tips), _STEPS_AT_ONCE):
         part = slice(first, first + _STEPS_AT_ONCE)
         linear[part], slopes[part] = _solve(rotary, tips[part], angles[part])
@@ -57,14 +59,35 @@ def find_axis_course(rotary: RotaryAxes, turned: TurnedPath) -> AxisCourse | Non
     if not _is_affine(rotary, tips[middle], angles[middle], linear[middle]):
         return None
     shape = (len(turned.moves.tips), 2, 3)
-    return AxisCourse(linear.reshape(shape), turned.angles_at_ends.reshape(shape), slopes.reshape(*shape, 3))
+    return AxisCourse(linear.reshape(shape), turned.angles_at_ends.reshape(shape), slopes.reshape(*shape, 6))
 
 
 def _solve(rotary: RotaryAxes, tips: FloatArray, angles: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return X, Y and Z (n, 3), m, that bring the tip to its places, and the slopes of the tip over them (n, 3, 3)."""
-    zero = rotary.setup.zero
-    start = np.array([zero.get(letter, 0.0) for letter in LINEAR_LETTERS])
-    origin = tool_place(rotary.machine, dict(zero))[0][0]
+    """Return X, Y and Z (n, 3), m, that bring the tip to its places, and the slopes of the tip over all axes (n, 3, 6)."""
+    start = _start(rotary)
+    origin = tool_place(rotary.machine, dict(rotary.setup.zero))[0][0]
+    reference, slopes = _affine(rotary, angles)
+    moved = np.linalg.solve(slopes, (origin + tips - reference)[..., None])[..., 0]
+    turned = np.zeros((len(tips), 3, 3))
+    for k, (lower, upper) in zip(rotary.indices, rotary.limits, strict=True):
+        ends = np.stack([np.maximum(angles[:, k] - _AXIS_TURN_STEP, lower), np.minimum(angles[:, k] + _AXIS_TURN_STEP, upper)])
+        places = []
+        for end in ends:
+            at_end = angles.copy()
+            at_end[:, k] = end
+            other_reference, other_slopes = _affine(rotary, at_end)
+            places.append(other_reference + np.einsum("nij,nj->ni", other_slopes, moved))
+        turned[:, :, k] = (places[1] - places[0]) / (ends[1] - ends[0])[:, None]
+    return start + moved, np.concatenate([slopes, turned], axis=2)
+
+
+def _start(rotary: RotaryAxes) -> FloatArray:
+    return np.array([rotary.setup.zero.get(letter, 0.0) for letter in LINEAR_LETTERS])
+
+
+def _affine(rotary: RotaryAxes, angles: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the tip (n, 3), m, with X, Y and Z at the program's zero, and its slopes over them (n, 3, 3)."""
+    start = _start(rotary)
     reference = _tip(rotary, angles, start)
     columns = []
     for k, letter in enumerate(LINEAR_LETTERS):
@@ -72,8 +95,7 @@ def _solve(rotary: RotaryAxes, tips: FloatArray, angles: FloatArray) -> tuple[Fl
         shift = np.zeros(3)
         shift[k] = _AXIS_SLOPE_STEP if start[k] + _AXIS_SLOPE_STEP <= axis.upper else -_AXIS_SLOPE_STEP
         columns.append((_tip(rotary, angles, start + shift) - reference) / shift[k])
-    slopes = np.stack(columns, axis=2)
-    return start + np.linalg.solve(slopes, (origin + tips - reference)[..., None])[..., 0], slopes
+    return reference, np.stack(columns, axis=2)
 
 
 def _tip(rotary: RotaryAxes, angles: FloatArray, linear: FloatArray) -> FloatArray:

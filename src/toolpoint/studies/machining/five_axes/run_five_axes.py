@@ -27,7 +27,7 @@ from toolpoint.studies.machining.errors.wall_errors import wall_errors
 from toolpoint.studies.machining.five_axes.axis_course import AxisCourse, find_axis_course, question_travels
 from toolpoint.studies.machining.five_axes.axis_times import StepTimes, plan_steps, question_feeds
 from toolpoint.studies.machining.five_axes.tool_directions import RotaryAxes
-from toolpoint.studies.machining.five_axes.turned_course import follow_turned
+from toolpoint.studies.machining.five_axes.turned_course import check_drives, follow_turned
 from toolpoint.studies.machining.five_axes.turned_doubts import feed_doubts, way_doubts
 from toolpoint.studies.machining.five_axes.turned_errors import list_error_grounds, table_turned_errors
 from toolpoint.studies.machining.five_axes.turned_gouges import question_gouges
@@ -105,6 +105,7 @@ def run_five_axes(program: FiveAxisProgram, setup: MachiningSetup, dynamics: Mac
     """
     refuse_turned_work(work, "five axes")
     _check(program, setup)
+    check_drives(setup.drives, dynamics if isinstance(dynamics, Machine) else None)
     if not setup.spacing:  # lines in three directions, cut one by one
         shapes = [setup.shape_of(number) for number in (0, *setup.cuts)]
         setup = replace(setup, spacing=FIVE_AXIS_SPACING_FACTOR * setup.spacing_for(shapes))

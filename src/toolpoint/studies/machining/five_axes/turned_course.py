@@ -1,7 +1,7 @@
-r"""Servo of X, Y and Z along a five-axis program under its cutting forces: deviation of the tip across its path in the work.
+r"""Servo along a five-axis program under its cutting forces: deviation of the tip across its path in the work.
 
-The tip moves by :math:`J (q - q_s)` beside its path, q the positions of the linear axes, q_s their set points as late as the
-servo is, J of the turn that belongs to these. Rotary axes are taken as equally late: their own errors are not known.
+The tip moves by :math:`J (q - q_s)` beside its path, q the positions of the axes, linear and rotary, q_s their set points as
+late as the servo is, J of the pose that belongs to these. Axes that are not in the drive file are taken as equally late.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from toolpoint._check import FloatArray, IndexArray
+from toolpoint._check import FloatArray, IndexArray, fail
 from toolpoint._doubt import Doubt
 from toolpoint.drives.accuracy.lag import delay, estimate_lag
 from toolpoint.drives.build import build_servo
@@ -26,14 +26,15 @@ from toolpoint.studies.machining.errors.servo_course import (
     axis_of_largest,
     drive_use,
     with_remarks,
-    without_reducers,
 )
 from toolpoint.studies.machining.five_axes.axis_course import LINEAR_LETTERS, AxisCourse
 from toolpoint.studies.machining.five_axes.axis_times import StepTimes
+from toolpoint.studies.machining.five_axes.tool_directions import ROTARY_LETTERS
 from toolpoint.studies.machining.program_path import ProgramPath
 from toolpoint.studies.servos.drive_experiment import simulate_set_points, smooth_set_points
 from toolpoint.studies.servos.drive_structure import structure_of
 
+AXIS_LETTERS = LINEAR_LETTERS + "".join(ROTARY_LETTERS)
 _GAP_TIME, _GAP_SPEED = 0.3, 0.5  # s and m/s (rad/s): of moves between steps whose way is not known
 _NO_SAMPLES = np.zeros(0)
 
@@ -49,10 +50,11 @@ class TurnedServoCourse(ServoCourse):
 
 @dataclass(frozen=True, eq=False)
 class _Timeline:
-    """Knots of the set points: time (k,), positions of X, Y and Z (k, 3), their speeds; step that ends at each, -1 for none."""
+    """Knots of the set points: time (k,), positions of X, Y, Z, A, B and C (k, 6), their speeds; step that ends at each, -1 for
+    none."""
 
     time: FloatArray
-    linear: FloatArray
+    position: FloatArray
     speed: FloatArray
     step: np.ndarray
 
@@ -67,11 +69,10 @@ def follow_turned(laid: ProgramPath, removed: TurnedRemoval, force: FloatArray, 
 
     force : (places, 3) mean cutting force on the tool along its own axes, N.
 
-    Raises ToolpointError for rotary drives and an unstable servo.
+    Raises ToolpointError for an unstable servo.
     """
     if drives is None:
         return None
-    without_reducers(drives)
     if course is None:
         return Doubt("servo", "not simulated: what X, Y and Z do while the tool turns is known of a machine with these axes "
                      "alone", "give `machine`")
@@ -81,7 +82,7 @@ def follow_turned(laid: ProgramPath, removed: TurnedRemoval, force: FloatArray, 
                      "cut the program to the part of interest")
     with_ends = any(axis.ends is not None for axis in drives.axes.values())
     servo = build_servo(drives, structure_of(drives, machine if with_ends else None))
-    columns = [LINEAR_LETTERS.index(name.upper()) for name in drives.axes]
+    columns = [AXIS_LETTERS.index(name.upper()) for name in drives.axes]
     command = _command(timeline, columns, servo.controllers[0].position.sample_time)
     step = servo.controllers[0].sample_times[0] / drives.substeps
     assert removed.frame is not None
@@ -92,22 +93,44 @@ def follow_turned(laid: ProgramPath, removed: TurnedRemoval, force: FloatArray, 
     load = _at_places(timeline, removed, axis_force[:, columns], instants)
     runs = [simulate_set_points(drives, servo, command, load=each) for each in (None, load)]
     largest = np.zeros(laid.path.count)
-    np.maximum.at(largest, laid.moves.block[removed.piece], np.abs(axis_force[:, columns]).max(axis=1))
+    along = [column for column in columns if column < len(LINEAR_LETTERS)]
+    np.maximum.at(largest, laid.moves.block[removed.piece], np.abs(axis_force[:, along]).max(axis=1, initial=0.0))
     sampled = _Sampled(laid, removed, course, timeline, columns, command)
-    return with_remarks(_course(sampled, servo, drives, runs, force=largest), laid, drives, notes=_notes(drives))
+    return with_remarks(_course(sampled, servo, drives, runs, force=largest), laid, drives,
+                        notes=_notes(drives, course))
 
 
-def _notes(drives: DriveDescription) -> tuple[str, ...]:
-    absent_letters = [letter for letter in LINEAR_LETTERS if letter not in {name.upper() for name in drives.axes}]
-    lacks = [f"axis {letter} is not in the drive file and is taken in step with the others" for letter in absent_letters]
-    return (*lacks, "rotary axes are not in the drive file and are taken in step with X, Y and Z, as late as these: their own "
-            "errors are not in the contour")
+def check_drives(drives: DriveDescription | None, machine: Machine | None) -> None:
+    """Refuse drives of axes that do not stand in the machine, or are linear there and behind a reducer, or the reverse."""
+    if drives is None:
+        return
+    turns = {} if machine is None else {axis.name.upper(): axis.is_rotary for axis in machine.chain.axes}
+    for name, axis in drives.axes.items():
+        letter, has_reducer = name.upper(), axis.mechanics.kind == "reducer"
+        if letter not in AXIS_LETTERS or (turns and letter not in turns):
+            fail("drives", f"axis {name}", f"must be one of {', '.join(turns) if turns else ', '.join(AXIS_LETTERS)}")
+        if has_reducer != (letter not in LINEAR_LETTERS):
+            fail("drives", f"axis {name}: mechanics {axis.mechanics.kind}", "must be reducer for A, B and C, and for no other "
+                 "axis")
+
+
+def _notes(drives: DriveDescription, course: AxisCourse) -> tuple[str, ...]:
+    driven = {name.upper() for name in drives.axes}
+    lacks = [f"axis {letter} is not in the drive file and is taken in step with the others" for letter in LINEAR_LETTERS
+             if letter not in driven]
+    turning = [letter for k, letter in enumerate(ROTARY_LETTERS) if np.ptp(course.rotary[:, :, k]) > 0 and letter not in driven]
+    if turning:
+        lacks.append(f"{', '.join(turning)}: rotary axes are not in the drive file and are taken in step with X, Y and Z, as "
+                     "late as these: their own errors are not in the contour")
+    if driven & set(ROTARY_LETTERS):
+        lacks.append("Errors of rotary axes are counted at the tip; by how much they lean the edge is not.")
+    return tuple(lacks)
 
 
 def _lay_time(laid: ProgramPath, course: AxisCourse, times: StepTimes) -> _Timeline:
     """Return the knots: ends of steps, dwells, and moves between steps that do not meet."""
     block, path = laid.moves.block, laid.path
-    begin, end = course.linear[:, 0], course.linear[:, 1]
+    begin, end = course.positions[:, 0], course.positions[:, 1]
     gap = np.zeros(len(begin))
     gap[1:] = np.abs(begin[1:] - end[:-1]).max(axis=1)
     pause = np.where(gap > 1e-9, _GAP_TIME + gap / _GAP_SPEED, 0.0)
@@ -120,7 +143,7 @@ def _lay_time(laid: ProgramPath, course: AxisCourse, times: StepTimes) -> _Timel
     # Four knots a step: where the pause before it ends, where it ends, where the dwell behind it ends.
     finish = np.cumsum(pause + times.times + dwell)
     time = np.stack([finish - dwell - times.times, finish - dwell, finish], axis=1)
-    linear, speed = np.stack([begin, end, end], axis=1), np.stack([joint[:-1], joint[1:], joint[1:]], axis=1)
+    position, speed = np.stack([begin, end, end], axis=1), np.stack([joint[:-1], joint[1:], joint[1:]], axis=1)
     speed[dwell > 0, 1:] = 0.0
     step = np.stack([np.full(len(begin), -1), np.arange(len(begin)), np.full(len(begin), -1)], axis=1)
     flat_time = time.ravel()
@@ -128,8 +151,8 @@ def _lay_time(laid: ProgramPath, course: AxisCourse, times: StepTimes) -> _Timel
     first = np.zeros(1)
     start = flat_time[0] > 0
     return _Timeline(np.concatenate([first, flat_time[kept]]) if start else flat_time[kept],
-                     np.concatenate([begin[:1], linear.reshape(-1, 3)[kept]]) if start else linear.reshape(-1, 3)[kept],
-                     np.concatenate([np.zeros((1, 3)), speed.reshape(-1, 3)[kept]]) if start else speed.reshape(-1, 3)[kept],
+                     np.concatenate([begin[:1], position.reshape(-1, 6)[kept]]) if start else position.reshape(-1, 6)[kept],
+                     np.concatenate([np.zeros((1, 6)), speed.reshape(-1, 6)[kept]]) if start else speed.reshape(-1, 6)[kept],
                      np.concatenate([[-1], step.ravel()[kept]]) if start else step.ravel()[kept])
 
 
@@ -137,7 +160,7 @@ def _command(timeline: _Timeline, columns: list[int], sample_time: float) -> Com
     """Return the set points of the driven axes: cubic between the knots, then smoothed as a control does."""
     from scipy.interpolate import CubicHermiteSpline
 
-    spline = CubicHermiteSpline(timeline.time, timeline.linear[:, columns], timeline.speed[:, columns])
+    spline = CubicHermiteSpline(timeline.time, timeline.position[:, columns], timeline.speed[:, columns])
     time = np.arange(int(np.ceil(timeline.time[-1] / sample_time)) + 1) * sample_time
     clipped = np.minimum(time, timeline.time[-1])
     position, speed, acceleration = (spline(clipped, order) for order in (0, 1, 2))
@@ -175,14 +198,21 @@ class _Sampled:
     def _lag(self, result: ServoResult) -> float:
         """Return by how much the tables are behind the knots, s: smoothed set points are later by half of their window."""
         expected = np.column_stack([np.interp(result.time, self.timeline.time, column)
-                                    for column in self.timeline.linear[:, self.columns].T])
-        return estimate_lag(result.time, expected, result.output("table") + self.command.position[0])
+                                    for column in self.timeline.position[:, self.columns].T])
+        actual = result.output("table") + self.command.position[0]
+        return estimate_lag(result.time, expected * self.lever, actual * self.lever)
+
+    @property
+    def lever(self) -> FloatArray:
+        """Motion of the tip over that of each driven axis, (columns,), root mean square: axes in m and rad count alike."""
+        size = np.sqrt((self.course.slopes[:, 1] ** 2).sum(axis=1).mean(axis=0))[self.columns]
+        return np.where(size > 0, size, 1.0)
 
     def deviation(self, result: ServoResult) -> tuple[FloatArray, np.ndarray]:
         """Return the deviation of the tip across its path (n, 3), m, and the step under way (n,)."""
         set_point = np.column_stack([np.interp(result.time, self.command.time, column) for column in self.command.position.T])
         actual = result.output("table") + self.command.position[0]
-        late = delay(result.time, set_point, estimate_lag(result.time, set_point, actual))
+        late = delay(result.time, set_point, estimate_lag(result.time, set_point * self.lever, actual * self.lever))
         moved, step = self.tip_deviation(result, actual - late)
         return self.across(moved, step), step
 
