@@ -11,6 +11,7 @@ from toolpoint import io
 from toolpoint._check import ToolpointError
 from toolpoint.io.template_files import read_template
 from toolpoint.machine.components import Components
+from toolpoint.machine.description.project_plan import ProjectDescription
 from toolpoint.project.engine.drafts import write_whole
 from toolpoint.project.entering import add_part
 from toolpoint.project.folder import PROJECT_FILE
@@ -19,8 +20,10 @@ COMPONENTS_FILE = "components.yaml"  # of a project that names none yet
 MAX_LISTED_POINTS = 60  # in the head of a draft, by name
 
 
-def draft_components(folder: str | Path) -> str:
+def draft_components(folder: str | Path, described: ProjectDescription | None = None) -> str:
     """Return the text of a project's components file; where there is none yet a template, headed by the measured points.
+
+    described : the content of project.yaml, read where left out.
 
     >>> import tempfile
     >>> from toolpoint.project import write_folder
@@ -30,7 +33,7 @@ def draft_components(folder: str | Path) -> str:
     True
     """
     root = Path(folder)
-    described = io.read_project(root / PROJECT_FILE)
+    described = described or io.read_project(root / PROJECT_FILE)
     if described.components is not None and _lies_within(root, described.components):
         with contextlib.suppress(OSError, UnicodeDecodeError):
             return (root / described.components).read_text(encoding="utf-8")

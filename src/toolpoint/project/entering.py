@@ -20,7 +20,7 @@ from toolpoint.project.folder import PROJECT_FILE
 # Kind of a file, the folder where it belongs, and what it is in words.
 FILE_KINDS = {
     "test": ("records", "test file of a hammer test: what its channels measure"),
-    "records": ("records", "records in time, which a test file names"),
+    "records": ("records", "records in time; those that are no universal files need a test file"),
     "responses": ("responses", "frequency responses"),
     "modes": ("responses", "modes"),
     "geometry": ("", "places of the measured points"),

@@ -121,7 +121,7 @@ def _components_text(project: Project) -> str | None:
     """Return the text of the components file to edit; None where no test of a structure asks for one."""
     described = project.description
     has_structure = any(test.of == "structure" for test in described.tests.values())
-    return draft_components(project.folder) if has_structure and described.machine is None else None
+    return draft_components(project.folder, described) if has_structure and described.machine is None else None
 
 
 def describe_parts(project: Project) -> dict[str, Any]:

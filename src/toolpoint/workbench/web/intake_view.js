@@ -102,7 +102,7 @@ window.Workbench = window.Workbench || { views: {} };
     const chosen = {};
     const rows = Object.values(groups).map((group) => {
       const select = W.make("select", { "aria-label": W.word("kind.of", { file: group[0].file }), onchange: () => group.forEach((file) => { chosen[file.file] = select.value; }) },
-        Object.entries(kinds).map(([kind, words]) => W.make("option", { value: kind, text: words, selected: kind === group[0].kind })));
+        Object.entries(kinds).map(([kind, words]) => W.make("option", { value: kind, ...W.spoken(words), selected: kind === group[0].kind })));
       group.forEach((file) => { chosen[file.file] = file.kind; });
       const names = group.map((file) => file.file), words = names.length > 4 ? `${names.slice(0, 3).join(", ")} … (${names.length})` : names.join(", ");
       return [words, select, W.word(group[0].is_sure ? "sure" : "guess")];

@@ -15,7 +15,7 @@ window.Workbench = window.Workbench || { views: {} };
     return chart;
   }
 
-  // Joints coloured by how soft they are (share of the tool's yielding) or by how sure (half width of their widest spring).
+  // Joints coloured by their share of the tool's compliance, or by uncertainty (half width of their widest spring).
   function jointColours(data, scene) {
     const joints = {};
     for (const spring of data.springs) {
