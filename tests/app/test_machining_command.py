@@ -37,7 +37,7 @@ def test_blocks_come_as_json(program: Path, capsys: pytest.CaptureFixture[str]) 
 
 @pytest.mark.parametrize(("arguments", "message"), [
     ([*TOOL, "--stock", "box=500,500,-10,530,520,0"], "is met by no cutting move"),
-    ([*TOOL, "--stock", "pyramid=1,2,3"], "a box, a cylinder or an STL file"),
+    ([*TOOL, "--stock", "pyramid=1,2,3"], "a box, a cylinder, an STL or a STEP file"),
     ([*TOOL, "--stock", "box=0,0,0,30,20,-10"], "two corners, the second above the first"),
     ([*STOCK, "--diameter", "10", "--teeth", "4", "--material", "unobtainium"], "unobtainium"),
     ([*STOCK, "--diameter", "10", "--teeth", "4"], "--kt, --kn missing"),

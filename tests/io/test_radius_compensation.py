@@ -8,7 +8,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from toolpoint._doubt import Doubt
-from toolpoint.io import CutterRadii
+from toolpoint.io import CutterRadii, read_program
 from toolpoint.io.faults import FileFaults
 from toolpoint.io.program import gcode
 
@@ -197,6 +197,22 @@ def test_klartext_goes_to_a_contour_along_it_or_square_to_it(kind, before):
 def test_what_no_control_does_is_refused_by_name(text, words):
     with pytest.raises(FileFaults, match=words):
         gcode.parse(text, cutter_radius=R)
+
+
+@pytest.mark.parametrize("word", ["CDON", "M120", ""])
+def test_a_bottleneck_is_refused_with_the_word_that_would_pass_it(word, tmp_path):
+    """A groove of 1 mm under a tool of 10 mm."""
+    if word == "M120":
+        path = tmp_path / "groove.h"
+        path.write_text("BEGIN PGM A MM\nTOOL CALL 1 Z S5000\nL X+0 Y+0 Z+5 R0 FMAX\nL X+10 RL F500 M120 LA10\nL X+50\nL Y-1\n"
+                        "L X+51\nL Y+0\nL X+90\nL Y-40 R0\nEND PGM A MM\n")
+    else:
+        path = tmp_path / "groove.mpf"
+        path.write_text(f"N10 G90 G71 {word}\nT1 D1\nG0 X0 Y0 Z5\nG41 G1 X10 Y0 F500\nX50\nY-1\nX51\nY0\nX90\nG40 Y-20\nM30\n")
+    with pytest.raises(FileFaults) as faults:
+        read_program(path, start=(0, 0, 0.1), cutter_radius=CutterRadii(5e-3))
+    assert "does not reach this segment" in str(faults.value)
+    assert (f"look ahead ({word})" in str(faults.value)) == bool(word)
 
 
 def test_blocks_without_motion_in_the_plane_are_remarked():

@@ -8,10 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from toolpoint import ToolpointError, ToolpointWarning
+from toolpoint import ToolpointError, ToolpointWarning, studies
 from toolpoint.bodies.solid import STEEL
-from toolpoint.io import read_step
+from toolpoint.io import read_step, read_surface
 from toolpoint.io.meshes.step_file import file_unit
+from toolpoint.io.meshes.surface_file import volume_within
 
 HEADER = "ISO-10303-21;\nHEADER;\nENDSEC;\nDATA;\n"
 MILLIMETRE = "#1 = ( LENGTH_UNIT() NAMED_UNIT(*) SI_UNIT(.MILLI.,.METRE.) );\n"
@@ -187,3 +188,24 @@ def test_folded_elements_are_straightened() -> None:
     assert count == 1
     assert straight == pytest.approx(TETRAHEDRON.nodes)
     assert straighten(TETRAHEDRON.nodes, np.arange(10)[None])[1] == 0
+
+
+@meshed
+def test_a_stock_has_the_volume_of_its_solid(beam: Path) -> None:
+    """Triangles in mm, closed: a bar of 200 x 20 x 30 mm less its bore of 10 mm."""
+    triangles = read_surface(beam)
+    volume = 200 * 20 * 30 - np.pi * 25 * 30
+    assert volume_within(triangles) == pytest.approx(volume, rel=5e-4)
+    edges = np.sort(np.unique(triangles.reshape(-1, 3).round(9), axis=0, return_inverse=True)[1].reshape(-1, 3)[
+        :, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
+    assert (np.unique(edges, axis=0, return_counts=True)[1] == 2).all()
+    stock = studies.stock_of("", (), triangles)
+    assert stock.lower == pytest.approx([0.1, 0, 0], abs=1e-9) and stock.upper == pytest.approx([0.3, 0.02, 0.03], abs=1e-9)
+
+
+def test_a_stock_of_a_step_file_names_the_missing_extra(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "part.STEP"
+    path.write_text(HEADER + MILLIMETRE)
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
+    with pytest.raises(ToolpointError, match=r"toolpoint\[mesh\]"):
+        read_surface(path)

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     )
     from toolpoint.io.meshes.mesh_files import read_mesh
     from toolpoint.io.meshes.step_part import read_step
-    from toolpoint.io.meshes.stl import read as read_surface
+    from toolpoint.io.meshes.surface_file import read_surface
     from toolpoint.io.multibody.model_files import write as write_multibody
     from toolpoint.io.page_pictures import write_pictures
     from toolpoint.io.page_tables import write_tables
@@ -162,7 +162,7 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "measured.test_nouns": ("hold_records", "read_described_records", "read_hammer_test", "read_measured", "read_test_nouns"),
     "meshes.mesh_files": ("read_mesh",),
     "meshes.step_part": ("read_step",),
-    "meshes.stl": ("read as read_surface",),
+    "meshes.surface_file": ("read_surface",),
     "multibody.model_files": ("write as write_multibody",),
     "page_pictures": ("write_pictures",),
     "page_tables": ("write_tables",),

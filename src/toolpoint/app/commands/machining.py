@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from toolpoint.studies.machining.tilted_stages import StagedStudy
 
 StockText = Annotated[tuple[str, tuple[float, ...]], Reading(
-    read_stock, "box=X1,Y1,Z1,X2,Y2,Z2 or cylinder=DIAMETER,BOTTOM,TOP[,X,Y] in mm, or an STL file")]
+    read_stock, "box=X1,Y1,Z1,X2,Y2,Z2 or cylinder=DIAMETER,BOTTOM,TOP[,X,Y] in mm, or an STL or STEP file")]
 NumberedLength = Annotated[tuple[int, float], Reading(read_numbered_length, "NUMBER=MM, for example 3=45")]
 NumberedTool = Annotated[tuple[int, Path], Reading(read_numbered_file, "NUMBER=FILE, for example 3=ball.yaml")]
 
@@ -160,10 +160,10 @@ class MachineRecord:
 
 @command(steps=3, replace=True)
 def machining(run: Frame, program: Annotated[SourceFile, Argument()], dynamics: ProgramDynamics, *,
-              stock: Annotated[StockText, Help("Stock in the program's coordinates, mm.", metavar="box=...|cylinder=...|STL")],
+              stock: Annotated[StockText, Help("Stock in the program's coordinates, mm.", metavar="box=...|cylinder=...|FILE")],
               tool: Annotated[tuple[NumberedTool, ...], Help(
                   "Tool of a number T: a file with a section 'cutting'; several times.", metavar="NUMBER=FILE")] = (),
-              part: Annotated[SourceFile | None, Help("Part (STL, mm) that must not be cut into.")] = None,
+              part: Annotated[SourceFile | None, Help("Part (STL in mm, or STEP) that must not be cut into.")] = None,
               speed: Annotated[float, Help("Spindle speed where the program holds no S, rev/min.", minimum=0)] = 0.0,
               first_feed: Annotated[float | None, Help("Feed of cuts before the program's first F.", metavar="MM/MIN", above=0,
                                                        scale=1 / 60e3)] = None,

@@ -69,7 +69,7 @@ def read_step(path: str | Path, material: Material, *, mesh_size: float, unit: s
     notes = _unit_notes(geometry, factor, unit, mass=material.density * geometry.volume)
     check_size(geometry.high - geometry.low)
     mesh = mesh_step(geometry, mesh_size, factor=factor)
-    elements = _outward(mesh)
+    elements = outward(mesh)
     nodes, folded = straighten(mesh.nodes, elements)
     model = SolidModel(nodes, (ElementBlock(elements),), {"body": material})
     check = check_solid(model)
@@ -112,7 +112,7 @@ def _unit_notes(geometry: StepGeometry, factor: float, unit: str | None, *, mass
     return (note,)
 
 
-def _outward(mesh: StepMesh) -> np.ndarray:
+def outward(mesh: StepMesh) -> np.ndarray:
     """Return the elements with positive volume: a mesher that counts the other way round has its corners 2 and 3 exchanged."""
     a, b, c, d = (mesh.nodes[mesh.elements[:, k]] for k in range(4))
     turned = np.einsum("ei,ei->e", np.cross(b - a, c - a), d - a) < 0

@@ -104,6 +104,8 @@ class BlockReader:
                 self.state.remarks.note(number, f"{match[0]}: the ways to the contour and from it are taken as NORM")
             else:
                 self.state.remarks.without_motion(number, match[0])
+            if match[0] == "CDON":
+                self.state.remarks.look_ahead = "CDON"
         return _CONTOUR_WAYS.sub(lambda match: " " * len(match[0]), text)
 
     def _sort(self, number: int, words: list[Word], column: int) -> tuple[dict[str, float], dict[str, float], Places]:

@@ -211,7 +211,10 @@ class _Writer:
         return way
 
     def _fault(self, k: int, fault: OffsetFault) -> OffsetFault:
-        self.remarks.fault(line_of(self.segments.rows[k]), 1, f"{fault}; a smaller tool, or a contour that it can follow")
+        word = self.remarks.look_ahead
+        passed = f"; the program has the control look ahead ({word}), whose way past it is not computed here" if word else ""
+        self.remarks.fault(line_of(self.segments.rows[k]), 1, f"{fault}{passed}; a smaller tool, or a contour that it can "
+                           "follow")
         return fault
 
     def _follow(self, rows: Sequence[int], parallels: dict[int, ContourElement], joints: dict[int, Joint]) -> None:

@@ -302,6 +302,8 @@ def _axes(reader: _Klartext, text: str) -> tuple[dict[int, float], str]:
 def _control(reader: _Klartext, number: int, line: str) -> bool:
     """Begin or end tool centre control by M128, M129, FUNCTION TCPM, FUNCTION RESET TCPM; return whether the line did."""
     state = reader.state
+    if re.search(r"\bM120\b", line):
+        state.remarks.look_ahead = "M120"
     if re.search(r"\bM128\b", line):
         begin_control(state, number, "M128")
     elif line.startswith("FUNCTION TCPM"):

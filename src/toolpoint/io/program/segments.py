@@ -110,6 +110,7 @@ class Remarks:
     notes: dict[str, set[int]] = field(default_factory=dict)
     place: str = ""  # in a file beside the program, in words
     count: int = 0  # of faults, equal ones too
+    look_ahead: str = ""  # word by which the control is told to pass over bottlenecks of a compensated contour
 
     def fault(self, number: int, column: int, message: str) -> None:
         """Keep a fault."""

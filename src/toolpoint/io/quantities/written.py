@@ -331,7 +331,7 @@ def read_stock(text: str) -> tuple[str, tuple[float, ...]]:
     if not equals:
         return text, ()
     if kind.strip() not in ("box", "cylinder"):
-        raise ToolpointError(f"{text!r}: a stock is a box, a cylinder or an STL file")
+        raise ToolpointError(f"{text!r}: a stock is a box, a cylinder, an STL or a STEP file")
     return kind.strip(), tuple(1e-3 * number for number in read_numbers(numbers))
 
 
