@@ -27,6 +27,8 @@ def question_arcs(error: float, judged: JudgedPlaces | None, spacing: float, *, 
 
     folder : where solved cuts are kept.
     """
+    if error == 0:  # drills alone, or full slots: both spacings give the same arcs
+        return [], []
     doubts, degrees = list[Doubt](), np.degrees(error)
     remedy = f"a spacing of about {1e3 * spacing * min(MAX_UNDOUBTED_ARC_ERROR / error, 0.5):.2g} mm"
     if error > MAX_UNDOUBTED_ARC_ERROR:
