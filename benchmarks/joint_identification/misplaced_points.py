@@ -99,8 +99,8 @@ def main() -> None:
         for distance in DISTANCES:
             result = identified(test, distance)
             left_out = [str(each.point) for each in result.misplaced]
-            named[distance].append(test.moved in left_out)
-            wrong[distance].append(any(point != test.moved for point in left_out))
+            named[distance].append(str(test.moved) in left_out)
+            wrong[distance].append(any(point != str(test.moved) for point in left_out))
             error, inside = errors_of(test, result)
             errors[distance] += error
             held[distance] += inside
