@@ -145,7 +145,8 @@ def test_numbers_below_a_limit():
 
 @pytest.mark.parametrize("length", [0.001, 0.006])
 def test_an_edge_element_is_that_of_the_tool(length):
-    from toolpoint.cutting.stability.panels.kernels import directions, limits, place
+    from toolpoint.cutting.stability.panels.edge_walls import limits, place
+    from toolpoint.cutting.stability.panels.kernels import directions
     from toolpoint.cutting.stability.panels.records import EdgeLaw
 
     tool, arc, k = Tool(0.012, 3, corner_radius=0.002), Engagement.down(0.3), CuttingCoefficients(6e8, 2e8, 1e8)
@@ -284,3 +285,32 @@ def test_a_ritz_vector_is_that_of_the_hessenberg_matrix():
     remainder = x - basis.T @ (basis @ x)
     assert sweep(basis, n + 1, x, dots) == pytest.approx(np.linalg.norm(remainder))
     np.testing.assert_allclose(x, remainder, atol=1e-12)
+
+
+@pytest.mark.parametrize("corner", [0.0, 0.001, 0.003])
+def test_a_wall_is_met_between_neighbouring_numbers(corner: float) -> None:
+    """On both sides of the length that is found an edge is before and behind the wall, and no number lies between them."""
+    from toolpoint.cutting.stability.panels.edge_walls import beyond_walls, wall_length
+    from toolpoint.cutting.stability.panels.records import Walls
+
+    rng, room, count = np.random.default_rng(3), np.empty(2), 0
+    for _ in range(3000):
+        entry = rng.uniform(0, 2)
+        walls = Walls(corner, 0.003, entry, min(entry + rng.uniform(0.1, 2), np.pi))
+        slope, angle = 2 * np.tan(rng.uniform(0, 0.8)) / 0.006, rng.uniform(0, 4)
+        a, b = np.sort(rng.uniform(1e-5, 0.006, 2))
+        values = np.empty((2, 2))
+        for row, u in zip(values, (a, b), strict=True):
+            beyond_walls(angle, slope, u, walls, row)
+        for wall in range(2):
+            if (values[0, wall] > 0) == (values[1, wall] > 0):
+                continue
+            x, y = wall_length(angle, slope, (a, b), (values[0, wall], values[1, wall]), wall, walls, room)
+            sides = []
+            for u in (x, y):
+                beyond_walls(angle, slope, u, walls, room)
+                sides.append(float(room[wall]))
+            assert abs(x - y) <= 1e-15 * max(x, y)
+            assert [side > 0 for side in sides] == [value > 0 for value in values[:, wall].tolist()] or sides[0] == 0
+            count += 1
+    assert count > 300

@@ -15,6 +15,7 @@ from toolpoint.material_removal import RemovalSettings, RemovedMaterial, remove_
 from toolpoint.studies.cuts.described_cut import unit_doubts
 from toolpoint.studies.cuts.tool_dynamics import ToolDynamics, machine_dynamics
 from toolpoint.studies.machining.advice import AdviceCase, advise
+from toolpoint.studies.machining.arc_doubts import question_arcs
 from toolpoint.studies.machining.block_lobes import EngagementLobes, lobes_of_blocks
 from toolpoint.studies.machining.blocks import table_blocks
 from toolpoint.studies.machining.contacts import contact_doubts, gouge_doubts, question_loads
@@ -162,9 +163,12 @@ def run_program(program: ParsedProgram, setup: MachiningSetup, dynamics: Machine
     blocks = table_blocks(laid, removed, loads, arcs=arcs, margins=margins)
     contacts = [*contact_doubts(removed, laid), *gouge_doubts(removed, laid, setup), *question_loads(blocks, removed, laid,
             setup=setup)]
+    arc_error = _arc_error(removed, laid, setup)
+    open_arcs, arc_notes = question_arcs(arc_error, judged, removed.settings.spacing, folder=folder)
+    doubts, notes = [*doubts, *open_arcs], [*notes, *arc_notes]
     study = MachiningStudy(
         name, setup, laid, removed, blocks, tuple(dict.fromkeys([*contacts, *doubts, *doubts_among(notes)])),
-        tuple(note for note in notes if not isinstance(note, Doubt)), _arc_error(removed, laid, setup), classes,
+        tuple(note for note in notes if not isinstance(note, Doubt)), arc_error, classes,
         0 if margins is None else margins.solutions, tuple(text.splitlines()), advice, arcs, margins, errors, loads,
         lobes=charts, judged=judged, work=course)
     return replace(study, notes=(*study.notes, *_assumptions(study)))

@@ -20,6 +20,7 @@ import numba as nb
 import numpy as np
 
 from toolpoint._check import BoolArray, ComplexArray, FloatArray, IndexArray
+from toolpoint.cutting.stability.panels.edge_walls import TURN, tooth_pieces
 from toolpoint.cutting.stability.panels.records import (
     EdgeLaw,
     EdgeLines,
@@ -33,114 +34,11 @@ from toolpoint.cutting.stability.panels.records import (
 )
 from toolpoint.cutting.stability.sorting import number_below
 
-TURN = 2 * math.pi
-WALL_ROUNDS = 80  # evaluations at most in the search for a wall; about eight are needed
 # Exponents of a pole's decay over a panel: up to which Gauss nodes may carry a pole that they do not resolve, and up to which
 # the factors before and after a node stay within double precision.
 MAX_UNRESOLVED_DECAY = 1.0
 MAX_PRODUCT_DECAY = 300.0
 SUMS = {"reassoc", "contract", "nsz"}  # sums in any order, so that they vectorise; what is infinite or no number stays so
-
-
-@nb.njit(cache=True, nogil=True)
-def place(u: float, corner: float, radius: float) -> tuple[float, float, float]:
-    """Return (height, axial immersion angle kappa, local radius) at edge length u from the tip."""
-    rounded = 0.5 * math.pi * corner
-    if u < rounded:
-        kappa = u / corner
-        return corner * (1 - math.cos(kappa)), kappa, radius - corner + corner * math.sin(kappa)
-    return corner + (u - rounded), 0.5 * math.pi, radius
-
-
-@nb.njit(cache=True, nogil=True)
-def limits(entry: float, leave: float, ratio: float) -> tuple[float, float]:
-    """Return entry and exit at a local radius (ratio = radius / local radius): the walls of the work are planes."""
-    if ratio == 1.0:
-        return entry, leave
-    return (math.acos(max(-1.0, min(1.0, math.cos(entry) * ratio))),
-            math.acos(max(-1.0, min(1.0, math.cos(leave) * ratio))))
-
-
-@nb.njit(cache=True, nogil=True)
-def beyond_walls(angle: float, slope: float, u: float, walls: Walls, out: FloatArray) -> None:
-    """Write how far the edge at u is beyond its entry and before its exit, rad; `angle` must not be wrapped within 0 .. pi."""
-    z, _, r = place(u, walls.corner, walls.radius)
-    phi = angle - slope * z
-    a, b = limits(walls.entry, walls.leave, walls.radius / max(r, 1e-9 * walls.radius))
-    out[0], out[1] = phi - a, b - phi
-
-
-@nb.njit(cache=True, nogil=True)
-def wall_length(angle: float, slope: float, span: tuple[float, float], values: tuple[float, float], wall: int, walls: Walls,
-                room: FloatArray) -> tuple[float, float]:
-    """Return the edge lengths on the side of the first and of the last end of a span between which the edge meets a wall, equal
-    to the last digit.
-
-    values : how far the ends of the span are beyond the wall, rad, of unlike signs. Inverse quadratic interpolation where it
-    falls well within the span, else its middle (Chandrupatla, 1997): eight evaluations where halving takes fifty.
-    """
-    a, b = span[1], span[0]
-    fa, fb = values[1], values[0]
-    c, fc, share = a, fa, 0.5
-    for _ in range(WALL_ROUNDS):
-        x = a + share * (b - a)
-        beyond_walls(angle, slope, x, walls, room)
-        fx = room[wall]
-        if (fx > 0) == (fa > 0):
-            c, fc = a, fa
-        else:
-            c, fc, b, fb = b, fb, a, fa
-        a, fa = x, fx
-        nearest = a if abs(fa) < abs(fb) else b
-        tolerance = 2.3e-16 * abs(nearest) + 1e-24
-        width = abs(b - a)
-        if fa == 0.0 or tolerance > 0.5 * width:
-            break
-        share = 0.5
-        if fc != fb and fc != fa:
-            xi, phi = (a - b) / (c - b), (fa - fb) / (fc - fb)
-            if phi * phi < xi and (1 - phi) * (1 - phi) < 1 - xi:
-                share = (fa / (fb - fa)) * (fc / (fb - fc)) + (c - a) / (b - a) * (fa / (fc - fa)) * (fb / (fc - fb))
-        edge = tolerance / width
-        share = min(max(share, edge), 1 - edge)
-    if (fa > 0) == (values[0] > 0):
-        return a, b
-    return b, a
-
-
-@nb.njit(cache=True, nogil=True)
-def tooth_pieces(angle: float, slope: float, marks: FloatArray, walls: Walls, out: FloatArray) -> int:
-    """Write the pieces of the edge (u from, to) in cut when its tip is at `angle`; return their number.
-
-    Between marks entry and exit pass along the edge one way each, so each bounds a piece at one end at most.
-    """
-    number = 0
-    ends = np.empty((2, 2))
-    middle = np.empty(2)
-    for g in range(1, marks.size):
-        a, b = marks[g - 1], marks[g]
-        z = place(0.5 * (a + b), walls.corner, walls.radius)[0]
-        # The turn in which the piece lies around pi/2: no wrap is near the cut then.
-        unwrapped = angle - TURN * np.rint((angle - slope * z - 0.5 * math.pi) / TURN)
-        beyond_walls(unwrapped, slope, a, walls, ends[0])
-        beyond_walls(unwrapped, slope, b, walls, ends[1])
-        lower, upper = a, b
-        for wall in range(2):
-            first, last = ends[0, wall] > 0, ends[1, wall] > 0
-            if first and last:
-                continue
-            if not first and not last:
-                upper = lower
-                break
-            x, y = wall_length(unwrapped, slope, (a, b), (ends[0, wall], ends[1, wall]), wall, walls, middle)
-            if first:
-                upper = min(upper, x)
-            else:
-                lower = max(lower, y)
-        if upper > lower:
-            out[number, 0], out[number, 1] = lower, upper
-            number += 1
-    return number
 
 
 @nb.njit(cache=True, nogil=True)

@@ -12,7 +12,8 @@ import numba as nb
 import numpy as np
 
 from toolpoint._check import Array, FloatArray, IndexArray
-from toolpoint.cutting.stability.panels.kernels import TURN, lay, limits, look_back, place
+from toolpoint.cutting.stability.panels.edge_walls import TURN, limits, place
+from toolpoint.cutting.stability.panels.kernels import lay, look_back
 from toolpoint.cutting.stability.panels.records import EdgeLaw, EdgeLines, LaidCut, LookBack, PanelNodes, Walls
 from toolpoint.cutting.stability.sorting import sort
 

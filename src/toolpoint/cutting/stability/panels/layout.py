@@ -11,7 +11,7 @@ import numpy as np
 from toolpoint._check import Array, BoolArray, FloatArray
 from toolpoint.cutting.cut.arc import gauss
 from toolpoint.cutting.cut.problem import MillingProblem
-from toolpoint.cutting.stability.panels.kernels import limits, place
+from toolpoint.cutting.stability.panels.edge_walls import limits, place
 from toolpoint.cutting.stability.panels.laying import find_ends, lay_panels
 from toolpoint.cutting.stability.panels.records import EdgeLaw, EdgeLines, Layout, Walls
 
@@ -166,13 +166,13 @@ def _corner_turns(problem: MillingProblem) -> FloatArray:
 
 
 def _corner_heights(problem: MillingProblem, lengths: FloatArray) -> FloatArray:
-    """Return the heights of places on the corner, as `kernels.place` gives them one by one."""
+    """Return the heights of places on the corner, as `edge_walls.place` gives them one by one."""
     corner = problem.tool.corner_radius
     return np.asarray(corner * (1 - np.cos(np.minimum(lengths / corner, 0.5 * np.pi))))
 
 
 def _wall_angles(problem: MillingProblem, lengths: FloatArray, wall: int) -> FloatArray:
-    """Return the entry (wall 0) or exit (1) at places on the corner, as `kernels.limits` gives them one by one."""
+    """Return the entry (wall 0) or exit (1) at places on the corner, as `edge_walls.limits` gives them one by one."""
     arc, radius, corner = problem.engagement, problem.tool.radius, problem.tool.corner_radius
     local = radius - corner + corner * np.sin(np.minimum(lengths / corner, 0.5 * np.pi))
     ratio, angle = radius / np.maximum(local, 1e-9 * radius), (arc.entry, arc.exit)[wall]

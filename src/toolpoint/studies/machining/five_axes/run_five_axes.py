@@ -17,6 +17,7 @@ from toolpoint.material_removal.tri_dexels.turned_removal import TurnedRemoval, 
 from toolpoint.studies.cuts.described_cut import unit_doubts
 from toolpoint.studies.cuts.tool_dynamics import ToolDynamics
 from toolpoint.studies.machining.advice import AdviceCase, ProgramAdvice, advise
+from toolpoint.studies.machining.arc_doubts import question_arcs
 from toolpoint.studies.machining.block_lobes import EngagementLobes, lobes_of_blocks
 from toolpoint.studies.machining.blocks import table_blocks
 from toolpoint.studies.machining.contacts import contact_doubts, question_loads
@@ -136,7 +137,7 @@ def run_five_axes(program: FiveAxisProgram, setup: MachiningSetup, dynamics: Mac
     if rotary is not None and course is not None:
         block = turned.moves.block
         doubts += question_travels(rotary, course, line=path.line[block], rapid=path.rapid[block])
-    return _study(name, text, case, verdicts, errors, doubts=doubts, error=error)
+    return _study(name, text, case, verdicts, errors, doubts=doubts, error=error, folder=folder)
 
 
 @dataclass(frozen=True, eq=False)
@@ -267,15 +268,16 @@ def _advice_case(case: _Case, verdicts: _Verdicts) -> AdviceCase:
                       verdicts.pose, judged.solver.is_isotropic)
 
 
-def _study(name: str, text: str, case: _Case, verdicts: _Verdicts, errors: BlockErrors, *, doubts: list[Doubt], error: float
-           ) -> MachiningStudy:
+def _study(name: str, text: str, case: _Case, verdicts: _Verdicts, errors: BlockErrors, *, doubts: list[Doubt], error: float,
+           folder: Path | None) -> MachiningStudy:
     """Return the study with what was left out said first."""
     laid, removed = case.laid, case.removed
     blocks = table_blocks(laid, removed, case.loads, arcs=case.arcs, margins=verdicts.margins)
     contacts = [*contact_doubts(removed, laid), *question_gouges(removed, laid, case.setup),
                 *question_loads(blocks, removed, laid, setup=case.setup)]
-    notes = [*laid.remarks, *verdicts.notes, *errors.notes, *list_error_grounds(errors, blocks.verdict > 0)]
-    all_doubts = dict.fromkeys([*contacts, *doubts, *doubts_among(notes)])
+    open_arcs, arc_notes = question_arcs(error, verdicts.judged, removed.settings.spacing, folder=folder)
+    notes = [*laid.remarks, *verdicts.notes, *errors.notes, *list_error_grounds(errors, blocks.verdict > 0), *arc_notes]
+    all_doubts = dict.fromkeys([*contacts, *doubts, *open_arcs, *doubts_among(notes)])
     margins = verdicts.margins
     return MachiningStudy(
         name, case.setup, laid, removed, blocks, tuple(all_doubts),
