@@ -7,7 +7,7 @@ import numpy as np
 from toolpoint.machine import assemble, build
 from toolpoint.machine import description as d
 from toolpoint.pages.measured.traverse import traverse_page
-from toolpoint.studies import TraverseWindow, study_traverse
+from toolpoint.studies import TraverseStudy, TraverseWindow, study_traverse
 from toolpoint.vibration import Record, eigen
 
 RATE, DOFS = 100.0, ("bed:+x", "head:+x")
@@ -30,7 +30,7 @@ def main() -> float:
             samples = samples + np.convolve(rng.standard_normal(12_000), ring)[1500:12_000, None] * shape / np.abs(shape).max()
         noisy = samples + 0.03 * samples.std(axis=0) * rng.standard_normal(samples.shape)
         windows.append(TraverseWindow(Record(noisy, RATE, DOFS, "acceleration"), float(speed)))
-    study = study_traverse(windows, quantity="speed, m/min", machine=machine, poses=[{}] * 6)
+    study: TraverseStudy = study_traverse(windows, quantity="speed, m/min", machine=machine, poses=[{}] * 6)
     print(study.table())
     with tempfile.TemporaryDirectory() as folder:
         print(traverse_page(study).save(folder))

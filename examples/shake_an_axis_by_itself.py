@@ -7,7 +7,7 @@ from scipy import signal
 
 from toolpoint.pages.measured.driven_axis import driven_axis_page
 from toolpoint.signals import driven_axis_test
-from toolpoint.studies import study_driven_axis
+from toolpoint.studies import DrivenAxisStudy, study_driven_axis
 from toolpoint.vibration import Record
 
 RATE, W = 500.0, 2 * np.pi * 42.0
@@ -26,7 +26,7 @@ def main() -> float:
         # A force that is held for a step goes with the mean velocity of that step: anything else is a delay.
         velocity[n], state = (state[1] + following[1]) / 2, following
     record = Record(np.column_stack([force, velocity]), RATE, ["table:+y", "table:+y"], ["force", "velocity"])
-    study = study_driven_axis({"standing": driven_axis_test(noise, record, 0.5, band=(20.0, 80.0))})
+    study: DrivenAxisStudy = study_driven_axis({"standing": driven_axis_test(noise, record, 0.5, band=(20.0, 80.0))})
     print(study.table())
     with tempfile.TemporaryDirectory() as folder:
         print(driven_axis_page(study).save(folder))

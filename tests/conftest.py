@@ -53,6 +53,12 @@ def pytest_configure(config):
         stamp.write_text(state, encoding="utf-8")
 
 
+def pytest_runtest_logreport(report):
+    """Name what fails when it fails: a run of an hour that is stopped has not said it yet."""
+    if report.failed and "PYTEST_XDIST_WORKER" not in os.environ:
+        print(f"\nFAILED {report.nodeid} ({report.when})", file=sys.__stderr__, flush=True)
+
+
 def _kernel_stamp():
     """The file that says which kernels are compiled, beside them: it goes where they go."""
     folder = Path(os.environ.get("NUMBA_CACHE_DIR", ROOT / "src/toolpoint/cutting/stability/floquet/__pycache__"))

@@ -137,9 +137,11 @@ def asked(case, project: Project, rng, *, draws: int, changes, coefficients: flo
     weights = np.full(draws, 1 / draws)
     for pose in jm.random_poses(case, rng, 6):
         limits = project.limits(pose, speeds=SPEEDS, draws=draws)
-        value, lower, upper = limits.least(weights)
-        truth = least_limit(case.machine, pose, cut, factors)
-        rows["error"].append(value / least_limit(case.machine, pose, cut, np.ones(2)) - 1)
+        # A limit beyond the depths that were searched is "above" their end, and so is the true one.
+        end = limits.depth_max
+        value, lower, upper = (min(each, end) for each in limits.least(weights))
+        truth = min(least_limit(case.machine, pose, cut, factors), end)
+        rows["error"].append(value / min(least_limit(case.machine, pose, cut, np.ones(2)), end) - 1)
         rows["inside"].append(bool(lower <= truth <= upper))
         rows["unsafe"].append(bool(lower > truth))
         rows["width"].append((upper - lower) / value)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -78,13 +78,20 @@ def _is_doubt(call: ast.Call) -> bool:
 @cache
 def sites() -> tuple[Site, ...]:
     """Return every refusal and every doubt of the package, module by module."""
-    return tuple(_search())
+    return tuple(_search(sorted(SOURCE.rglob("*.py")), (*REFUSALS, "Doubt", "warn")))
 
 
-def _search() -> Iterator[Site]:
-    for path in sorted(SOURCE.rglob("*.py")):
+def doubts_of(rooms: Sequence[str]) -> list[Site]:
+    """Return the doubts of some rooms of the package."""
+    paths = [path for room in rooms for path in sorted((SOURCE / room).rglob("*.py"))]
+    return [site for site in _search(paths, ("Doubt", "warn")) if site.is_doubt]
+
+
+def _search(paths: Sequence[Path], words: Sequence[str]) -> Iterator[Site]:
+    """Yield the messages of modules in which one of the words is called."""
+    for path in paths:
         text = path.read_text(encoding="utf-8")
-        if not path.stem.endswith(DOUBTING) and not any(f"{word}(" in text for word in (*REFUSALS, "Doubt", "warn")):
+        if not path.stem.endswith(DOUBTING) and not any(f"{word}(" in text for word in words):
             continue
         module, tree = path.relative_to(SOURCE).as_posix(), ast.parse(text)
         yield from _spoken(tree, module) if path.stem.endswith(DOUBTING) else ()

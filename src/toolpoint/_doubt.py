@@ -72,6 +72,13 @@ def mark_notes(notes: Iterable[str], other: str = "") -> list[str]:
     return [f"{DOUBT_MARK}{note}" if isinstance(note, Doubt) else f"{other}{plain_numbers(note)}" for note in notes]
 
 
+def with_notes(lines: Iterable[str], notes: Iterable[str]) -> list[str]:
+    """Return a result's lines with the doubts among its notes before them, and the other notes after them."""
+    kept = tuple(notes)
+    doubts = doubts_among(kept)
+    return [*mark_notes(doubts), *lines, *mark_notes(note for note in kept if note not in doubts)]
+
+
 def read_marked(lines: Iterable[str]) -> list[str]:
     """Return the notes of lines that `mark_notes` wrote, empty ones left out: what is marked is a doubt again."""
     return [Doubt.parsed(line.removeprefix(DOUBT_MARK)) if line.startswith(DOUBT_MARK) else line for line in lines if line]

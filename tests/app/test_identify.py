@@ -118,7 +118,13 @@ def test_text_files_whose_names_tell_too_little_tell_the_rule(tmp_path, capsys):
     for name in ("one.txt", "two.txt", "tip=+x.txt", "tip=+y.txt"):
         frf_table.write(frequency_response.modal(modes, np.arange(2.0, 900, 2.0)), tmp_path / name)
     main(["identify", str(tmp_path / "one.txt"), str(tmp_path / "two.txt"), "-o", str(tmp_path)])
-    assert "struck at one:+x" in capsys.readouterr().err
+    shown = capsys.readouterr()
+    (note,) = [line for line in shown.out.splitlines() if "struck at one:+x" in line]
+    assert note.startswith("note: ") and "struck at" not in shown.err  # what was taken is no warning
+    page = (tmp_path / "index.html").read_text()
+    assert "What was left out, corrected or assumed" in page
+    main(["identify", str(tmp_path / "one.txt"), str(tmp_path / "two.txt"), "-o", str(tmp_path), "--json"])
+    assert "struck at one:+x" in " ".join(json.loads(capsys.readouterr().out)["notes"])
     with pytest.raises(SystemExit):
         main(["identify", str(tmp_path / "tip=+x.txt"), str(tmp_path / "tip=+y.txt")])
     assert "OUTPUT__INPUT" in capsys.readouterr().err
@@ -141,7 +147,7 @@ def test_text_files_with_other_lines_are_named_and_their_quantity_is_told(tmp_pa
     bare = tmp_path / "tip.txt"
     bare.write_text("".join(line for line in Path(names[0]).read_text().splitlines(True) if line[0] != "#"))
     main(["identify", str(bare), "-o", str(tmp_path)])
-    assert "read as receptance; --quantity for another" in capsys.readouterr().err
+    assert "read as receptance; --quantity for another" in capsys.readouterr().out
     main(["identify", str(bare), "--quantity", "receptance", "-o", str(tmp_path)])
     assert "read as" not in capsys.readouterr().err
 
@@ -151,7 +157,7 @@ def test_what_a_matlab_file_does_not_say_is_told(tmp_path, capsys):
     frf = frequency_response.modal(modes, np.arange(5.0, 80, 0.1), None, inputs=["1:+x"], quantity="accelerance")
     scipy.io.savemat(tmp_path / "m.mat", {"f": frf.frequency, "H": frf.values[:, :, 0]})
     main(["identify", str(tmp_path / "m.mat"), "-o", str(tmp_path)])
-    shown = capsys.readouterr().err
+    shown = capsys.readouterr().out
     assert "its 2 responses are taken as points 1, 2 .. along +x" in shown and "read as accelerance" in shown
     assert "names no points" in (tmp_path / "index.html").read_text()
 

@@ -7,7 +7,7 @@ import click
 import pytest
 
 from toolpoint.app.main import MODULE_OF_COMMAND, cli, main
-from toolpoint.app.next_commands import ENDS, NEXT_COMMANDS, next_commands, value_names
+from toolpoint.app.next_commands import ANSWERS, ENDS, NEXT_COMMANDS, next_commands, value_names
 
 
 def command_of(name):
@@ -20,7 +20,7 @@ def test_every_command_says_what_comes_next_or_is_an_end():
 
 @pytest.mark.parametrize("name", list(NEXT_COMMANDS))
 def test_what_is_named_exists(name):
-    names = {parameter.name for parameter in command_of(name).params}
+    names = {parameter.name for parameter in command_of(name).params} | set(ANSWERS.get(name, ()))
     for template in NEXT_COMMANDS[name]:
         asked = {name.lstrip("!") for name in value_names(template)}
         assert asked <= names, (template, asked - names)

@@ -1,5 +1,6 @@
 """Text of the rooms that have been reread: names and first lines as docs/vocabulary.md asks."""
 
+import re
 from pathlib import Path
 
 import pytest
@@ -31,6 +32,14 @@ def test_rooms_that_were_reread_keep_the_rules_of_names_and_first_lines():
     faults = [f"{place.path.relative_to(ROOT)}:{place.line}: {place.rule}: {place.words}"
               for room in ROOMS_REREAD for place in text_rules.places(ROOT, f"src/toolpoint/{room}")]
     assert not faults, "\n".join(faults)
+
+
+def test_tables_are_titled_in_words():
+    """A reader of a terminal is shown no call of a class, as `repr` writes it."""
+    title = re.compile(r"text_table\(\s*(repr\(|f\"[^\"]*![r]\})")
+    faults = [str(path.relative_to(ROOT)) for path in sorted((ROOT / "src/toolpoint").rglob("*.py"))
+              if title.search(path.read_text(encoding="utf-8"))]
+    assert not faults, faults
 
 
 @pytest.mark.parametrize(("line", "rule"), [

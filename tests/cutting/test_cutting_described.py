@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 
@@ -81,6 +83,15 @@ def test_faults_name_their_key(change: dict[str, object], key: tuple[str, ...], 
     found = fault_of(PLAIN.replaced(**change))
     assert found is not None and found[0] == key and text in found[1]
     assert fault_of(PLAIN) is None and fault_of(FULL) is None
+
+
+@pytest.mark.parametrize(("values", "text"), [
+    ({"kt": 8e8}, "did you mean 'tangential'"), ({"diamter": 0.01}, "did you mean 'diameter'"),
+    ({"nonsense": 1}, "which are diameter, teeth"), ({"diameter": "12 mm"}, "0.012 for 12 mm"),
+    ({"tangential": "800 N/mm^2"}, "without a unit")])
+def test_keys_and_numbers_that_a_person_would_type_are_answered_with_the_remedy(values: dict[str, object], text: str) -> None:
+    with pytest.raises(ToolpointError, match=re.escape(text)):
+        CuttingDescription.of(**{"diameter": 0.012, "teeth": 4, **values})
 
 
 def test_wrong_material_is_an_error_of_the_problem() -> None:

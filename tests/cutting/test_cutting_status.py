@@ -3,8 +3,10 @@
 from dataclasses import replace
 
 import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
 
-from toolpoint.cutting.stability.result import assemble_chart
+from toolpoint.cutting.stability.result import StabilityChart, assemble_chart
 
 
 def chart(error, search="complete"):
@@ -50,3 +52,21 @@ def test_what_is_sure_is_the_limit_less_its_error():
     rough = chart([0.37e-3, 3e-3, 0.0])
     np.testing.assert_allclose(rough.limit_error, [0.37e-3, 3e-3, 0.0])
     np.testing.assert_allclose(rough.sure_limit, [0.63e-3, 0.0, 4e-3])
+
+
+@given(data=st.data())
+def test_the_limit_of_a_chart_is_the_end_of_its_first_stable_interval(data):
+    """By the definition, walked point by point; and the point of a limit is the nearest of its speed."""
+    n = data.draw(st.integers(1, 4))
+    points = sorted(data.draw(st.lists(st.tuples(st.integers(0, n - 1), st.integers(0, 12)), max_size=10)))
+    index, depth = np.array([speed for speed, _ in points], int), np.array([1e-3 * level for _, level in points])
+    change = np.array([data.draw(st.sampled_from([-2, -1, 1, 2])) for _ in points], int)
+    at_zero = np.array([data.draw(st.integers(0, 2)) for _ in range(n)])
+    charted = StabilityChart(np.arange(1.0, n + 1), 0.01, index, depth, 0 * depth, 0 * depth, change, depth / 8, at_zero)
+    for speed, (limit, point) in enumerate(zip(charted.limit, charted.limit_points(), strict=True)):
+        spans = charted.intervals(speed)
+        first = 0.0 if spans.size == 0 or spans[0, 0] > 0 else spans[0, 1]
+        assert limit == (np.inf if first >= charted.depth_max else first)
+        near = [place for place in range(depth.size) if index[place] == speed] if np.isfinite(limit) else []
+        assert point == (min(near, key=lambda place: abs(depth[place] - limit)) if near else -1)
+        assert charted.limit_error[speed] == (depth[point] / 8 if near else 0.0)

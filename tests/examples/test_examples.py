@@ -96,6 +96,11 @@ COMMANDS = [
     ("stack_springs_of_an_axis.py", 1.0, 1e-12, "springs behind each other"),
     ("draw_a_campbell_diagram.py", 1000 / 3, 1e-9, "I_p W/(2 pi I_d) of a rigid rotor"),
     pytest.param("modes_from_a_clip.py", 2.0, 0.01, "the damping that was put in", marks=pytest.mark.slow),
+    ("motion_of_a_whole_picture.py", 0.2, 0.02, "the motion that was drawn, pixels"),
+    ("study_one_measured_response.py", 3.0, 0.01, "the damping that was put in, per cent"),
+    ("calibrate_a_hammer_on_a_mass.py", 1.12, 5e-3, "the factor that was put in"),
+    ("scale_modes_of_a_machine_at_work.py", 1.0, 0.02, "the compliance of the machine"),
+    ("screen_a_plan_of_changes.py", 1.0, 1e-3, "the goal, just met"),
     pytest.param("find_the_soft_joints_in_two_videos.py", 1.0, 0.05, "the bar of the FRAC in both planes",
                  marks=pytest.mark.slow),
 ]
@@ -105,6 +110,23 @@ COMMANDS = [
 @pytest.mark.filterwarnings("ignore::toolpoint.ToolpointWarning")
 def test_a_command_in_python(name, number, deviation, source):
     assert run(name) == pytest.approx(number, rel=deviation), source
+
+
+@pytest.mark.filterwarnings("ignore::toolpoint.ToolpointWarning")
+def test_a_joint_between_plates_that_the_shapes_part():
+    assert run("joint_between_two_plates.py") < 1.5  # mm: about its 95 % interval
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore::toolpoint.ToolpointWarning")
+def test_two_films_give_the_numbers_of_the_mill_that_was_filmed():
+    assert run("films_of_a_machine_to_its_joints.py") < 0.01
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["map_where_a_robot_is_even.py", "map_a_machine_over_its_workspace.py"])
+def test_the_least_of_a_map_over_the_greatest(name):
+    assert 0 < run(name) < 1
 
 
 def test_a_modal_test_is_judged_and_its_sensor_taken_out():

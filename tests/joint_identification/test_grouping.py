@@ -9,7 +9,7 @@ from joint_identification import p1_case as p1
 from toolpoint._check import ToolpointError, ToolpointWarning
 from toolpoint.joint_identification import identify_joints
 from toolpoint.joint_identification.motion.grouping import group_points
-from toolpoint.vibration import Dof
+from toolpoint.vibration import Dof, Modes
 
 
 @pytest.fixture(scope="module")
@@ -63,3 +63,24 @@ def test_noise_must_be_known(case):
         group_points(case.truth, case.points)
     found = group_points(case.truth, case.points, noise=0.01)
     assert len(found.components) == 3
+
+
+@pytest.mark.parametrize("stated", [0.01, 0.003])
+@pytest.mark.filterwarnings("ignore::toolpoint.ToolpointWarning")
+def test_bodies_that_reach_into_each_other_are_parted(stated):
+    """Neighbours belong to both, and the noise is stated 3.3 times too small: no part mixes them without a doubt."""
+    right = 0
+    for seed in range(5):
+        rng = np.random.default_rng(seed)
+        count = int(rng.integers(6, 9))
+        places, (move, turn) = rng.uniform(0, 1, (2 * count, 3)), rng.standard_normal((2, 3, 3))
+        motion = move[:, None] + np.cross(turn[:, None], places)
+        motion[:, count:] += rng.uniform(0.5, 2, 3)[:, None, None] * np.cross([0, 0, 1], places[count:] - [0.5, 0.2, 0])
+        shape = motion.reshape(3, -1).T
+        shape = shape + 0.01 * np.sqrt((shape**2).mean(axis=0)) * rng.standard_normal(shape.shape)
+        modes = Modes([50.0, 80.0, 120.0], 0.02, shape, [f"{k}:+{way}" for k in range(2 * count) for way in "xyz"])
+        found = group_points(modes, dict(enumerate(places)), noise=stated)
+        mixed = [points for points in found.components.values() if min(points) < count <= max(points)]
+        assert not mixed or found.doubts
+        right += len(found.components) == 2 and not mixed
+    assert right >= 4

@@ -188,6 +188,7 @@ def test_screw_axis_and_its_uncertainty_against_random_errors():
     assert np.std([one.pitch for one in tried]) == pytest.approx(axis.pitch_deviation, rel=0.06)
 
 
+@pytest.mark.filterwarnings("ignore:doubtful")  # two modes load no more than two of the directions that are held
 def test_stiffness_of_a_hinged_body_in_closed_form():
     """One freedom: k = omega^2 (J + m r^2); two equal modes cannot be, so a second hinge carries a second body."""
     basis = turns(np.zeros(3), np.array([0, 0, 1.0]))

@@ -4,6 +4,8 @@ A box on springs of six freedoms about its centre, struck at its side. Modes are
 move are left out, as an identification leaves them out.
 """
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -47,3 +49,20 @@ def test_directions_that_one_struck_point_leaves_at_rest_are_named():
 @pytest.mark.filterwarnings("ignore")
 def test_directions_that_are_pushed_are_not_doubted():
     assert doubts_of(["p0:+x", "p0:+y", "p5:+z"]) == []
+
+
+def identified(modes: Modes):
+    mass = ComponentMass(MASS, np.zeros(3), np.diag(INERTIA))
+    return identify_joints(modes, POINTS, {"box": list(POINTS)}, chain=["ground", "box"], masses={"box": mass})
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_fewer_modes_than_directions_leave_some_untested_whoever_struck():
+    """The box of six freedoms by two of its modes looks like one of two, rigid along the others."""
+    modes = box_test(["p0:+x", "p0:+y", "p5:+z"])
+    silent = replace(modes, input_dofs=(), participation=None)
+    assert not any("nothing in this test loads" in doubt for doubt in identified(silent).joints[0].doubts)
+    some = identified(silent.selected([0, 1]))
+    assert any("nothing in this test loads" in doubt for doubt in some.joints[0].doubts)
+    assert some.tested_frequency["box"] < HERTZ[2]  # the hidden freedoms lie above what is said to be excluded
+    assert any("modes of further freedoms are excluded below box" in note for note in some.notes)

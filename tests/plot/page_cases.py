@@ -678,7 +678,8 @@ def project() -> Report:
              for name, state in (("rough", "done"), ("side", "stopped"), ("old", "failed"), ("mine", "by hand"))]
     results = ProjectResults({
         "project": "Demo mill", "answers": ["rough: not certain; 2 mm is stable with 93 %.", "side: no answer."],
-        "goals": {"rough": goal}, "contours": {"circle": {"deviation_m": 8e-6, "goal_m": 1e-5, "met": True}},
+        "goals": {"rough": goal, "free": {**goal, "limit_m": None, "interval_m": [None, None], "chatter_frequency_hz": None}},
+        "contours": {"circle": {"deviation_m": 8e-6, "goal_m": 1e-5, "met": True}},
         "changes": [change], "next": {"answer": "compliance", "today": 0.05, "random": 0.04, "candidates": [
             {"test": "shapes at 34:+x", "after": 0.028}]}, "next_steps": ["try a cut of 2.4 mm"], "steps": steps,
         "doubts": [doubt], "assumptions": ["Coefficients are lognormal."], "methods": "Responses were estimated."})

@@ -46,7 +46,10 @@ def test_modes_are_paired_by_frequency_and_springs_judged_by_their_intervals():
     difference = StateDifference(state(), state("2026-06-01T10:00:00", modes=(82.0, 200.0), spring=1.3e8))
     assert difference.mode_rows == (("may", "50", "", "", "2", ""), ("may", "80", "82", "+2.5 %", "2", "2"),
                                     ("may", "", "200", "", "", "2"))
-    assert difference.spring_rows == (("joints.a.stiffness.x", "1e+08", "1.3e+08", "+30 %", "intervals are apart"),)
+    (path, older, newer, change, verdict), = difference.spring_rows
+    assert (path, change, verdict) == ("joints.a.stiffness.x", "+30 %", "intervals are apart")
+    assert older.startswith("(100") and newer.startswith("(130") and older.count("±") == newer.count("±") == 1
+    assert older.endswith("×10⁶ N/m")
     assert any("by the nearest frequency" in doubt for doubt in difference.doubts)
 
 

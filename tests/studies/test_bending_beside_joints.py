@@ -67,4 +67,4 @@ def test_stiffness_beside_the_bending_body_is_inside_its_interval(hinge, known):
 def test_a_rigid_body_widens_nothing():
     wide, narrow = found(5e9, True).joint("head"), found(1e14, True).joint("head")
     assert narrow.stiffness_interval[0] < 0.1 * wide.stiffness_interval[0]
-    assert not narrow.doubts
+    assert [doubt.what for doubt in narrow.doubts] == ["freedoms"]  # three modes leave some of five directions unloaded

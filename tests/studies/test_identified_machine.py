@@ -102,7 +102,12 @@ def test_the_next_frequency_narrows_the_stiffness_as_kalman_says():
     result = rank_tests(slider(), {}, [{}], points=[], frequency_deviation=r, damping_deviation=1e3)
     assert result.today == pytest.approx(1.959964 * SHARE, rel=1e-3)
     assert result.after[0] == pytest.approx(result.today / np.sqrt(1 + SHARE**2 / (4 * r**2)), rel=1e-3)
-    assert "random" in result.table()
+    assert "random" in result.table() and result.is_worth_measuring
+
+
+def test_a_test_that_narrows_nothing_is_not_advised():
+    result = rank_tests(slider(), {}, [{}], points=[], frequency_deviation=10.0, damping_deviation=1e3)
+    assert not result.is_worth_measuring and result.table().startswith("no further test")
 
 
 def test_a_map_states_its_intervals():

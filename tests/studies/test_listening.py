@@ -115,6 +115,8 @@ def test_chatter_nearer_to_an_order_than_the_record_resolves_is_not_called_stabl
 def test_noise_alone_cannot_tell():
     result = listen(record(np.random.default_rng(10).normal(size=2 * RATE)), 4, 8000.0)
     assert result.verdict == "cannot tell" and "no tooth passing" in result.reason
+    assert result.probability == 0.5 and result.speed_half_width is None  # no interval of a speed unheard
+    assert "not heard" in dict(result.rows())["spindle speed"] and "rev/min" not in result.answer()
 
 
 def test_a_clipped_record_is_doubted_or_refused_a_verdict():

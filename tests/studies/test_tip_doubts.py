@@ -9,6 +9,7 @@ import pytest
 from tapped_tools import Tip
 from toolpoint import io
 from toolpoint.app.main import main
+from toolpoint.signals.usable_band import find_compliant_band, usable_band
 from toolpoint.studies import modal_dynamics, response_dynamics, separate_dynamics
 from toolpoint.studies.cuts.tip_doubts import gain_notes, question_directions, question_tip
 from toolpoint.vibration import Dof, Frf
@@ -126,3 +127,59 @@ def test_every_command_withholds_the_cut_of_a_late_response(command, tmp_path, c
         if command[0] != "tap":
             page = (tmp_path / name / "index.html").read_text()
             assert ("a delay of about" in page) == (name == "late")
+
+
+def other_point(shares):
+    """Return the response at another point, at which every mode of the tip has a share of its own."""
+    parts = [Tip(TIP.frequency[[k]], TIP.damping[[k]], TIP.stiffness[[k]], TIP.way[[k]]).receptance(LINES)[:, 0, 0]
+             for k in range(3)]
+    return np.einsum("k,kf->f", shares, parts)
+
+
+def test_a_small_mode_of_the_opposite_sign_is_grave():
+    """It gives off power at fewer lines than are doubted for their share."""
+    assert any(doubt.grave for doubt in question_tip(response(other_point((-0.1, 0.9, 0.5)))))
+
+
+def test_another_point_at_which_all_modes_move_in_phase_leaves_no_sign():
+    """It is the driving point of the structure whose modal stiffnesses are divided by the shares, digit by digit."""
+    shares = np.array([0.3, 0.9, 0.6])
+    structure = Tip(TIP.frequency, TIP.damping, TIP.stiffness / shares, TIP.way)
+    np.testing.assert_allclose(other_point(shares), structure.receptance(LINES)[:, 0, 0], rtol=1e-12)
+    assert question_tip(response(other_point(shares))) == []
+
+
+def test_a_narrow_resonance_of_few_lines_is_not_taken_for_noise():
+    """Third differences of lines see such a resonance; were it noise, the lines above it alone would be judged."""
+    lines = np.arange(10.0, 6000.0, 2.4)
+    tip = Tip(np.array([573.4, 2426.3]), np.array([0.006, 0.0158]), np.array([1e7, 1.2e7]), np.tile([1.0, 0.0], (2, 1)))
+    noise = 1e-9 * (1e2 / lines) ** 2 * np.random.default_rng(3).standard_normal((2, lines.size))
+    frf = response(tip.receptance(lines)[:, 0, 0] + noise[0] + 1j * noise[1], lines=lines)
+    assert find_compliant_band(frf, usable_band(frf)).low < 400
+
+
+def test_a_delay_too_small_for_one_direction_shows_in_both():
+    """Phases of peaks that grow with frequency in both directions, by the same channels, are no chance."""
+    parts = {"x": [0, 1], "y": [0, 2]}
+    true = {way: Tip(TIP.frequency[k], TIP.damping[k], TIP.stiffness[k], TIP.way[k]).receptance(LINES)[:, 0, 0]
+            for way, k in parts.items()}
+    ways = {way: response(each * np.exp(2j * np.pi * LINES * 6e-6), way=f"+{way}") for way, each in true.items()}
+    assert all(question_tip(frf) == [] for frf in ways.values())
+    assert question_directions({way: response(each, way=f"+{way}") for way, each in true.items()}) == []
+    (doubt,) = question_directions(ways)
+    assert doubt.grave and float(doubt.why.split("about ")[1].split()[0]) == pytest.approx(-6e-3, rel=0.1)
+
+
+def test_the_receptance_of_noise_at_the_lowest_lines_makes_no_tip_soft():
+    """Noise of an accelerometer grows as 1/frequency^2 in the receptance: 1e-6 m/N at 1 Hz, of either sign."""
+    lines = np.arange(1.0, 4200.0, 2.0)
+    noise = 4e-6 / lines**2 * np.random.default_rng(5).standard_normal((2, lines.size))
+    assert question_tip(response(TIP.receptance(lines)[:, 0, 0] + noise[0] + 1j * noise[1], lines=lines)) == []
+
+
+def test_a_band_that_begins_just_below_its_largest_peak_hides_no_softer_mode_below():
+    lines = np.arange(1180.0, 5900.0, 2.4)
+    tip = Tip(np.array([790.0, 985.0, 1222.0, 2542.0]), np.array([0.06, 0.006, 0.0075, 0.054]),
+              np.array([6.4e6, 2.1e7, 4.4e7, 8.1e6]), np.tile([1.0, 0.0], (4, 1)))
+    doubts = question_tip(response(tip.receptance(lines)[:, 0, 0], lines=lines))
+    assert any(doubt.grave and "below" in doubt for doubt in doubts)

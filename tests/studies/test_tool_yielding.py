@@ -29,7 +29,7 @@ def test_two_slides_in_a_row_share_the_yielding_inversely_to_their_springs():
     shares = compliance_shares(machine)
     assert shares == pytest.approx({"joints.lower.stiffness.x": 0.75, "joints.upper.stiffness.x": 0.25})
     assert softest_joint(shares) == ("lower", pytest.approx(0.75))
-    assert yielding_sentence(shares) == "Most of the tool's static yielding, 75 %, comes from the joint lower."
+    assert yielding_sentence(shares) == "Most of the tool's static compliance, 75 %, comes from the joint lower."
 
 
 def test_shares_are_the_slope_of_the_compliance_and_add_up_to_one():

@@ -111,6 +111,7 @@ def test_relative_response_is_the_quadratic_form():
     (lambda: Frf([-1, 1], np.zeros((2, 1, 1)), ("a:x",), ("a:x",)), "negative"),
     (lambda: Frf(F, np.full((10, 1, 1), np.nan), ("a:x",), ("a:x",)), "10 of 10 values are not finite"),
     (lambda: Frf(F, np.zeros((9, 1, 1)), ("a:x",), ("a:x",)), "shape"),
+    (lambda: Frf(F, np.zeros(10), ("a:x",), ("a:x",)), r"values\[:, None, None\]"),
     (lambda: Frf(F, np.zeros((10, 2, 1)), ("a:x", "a:x"), ("a:x",)), "twice"),
     (lambda: Frf(F, np.zeros((10, 1, 1)), ("a:x",), ("a:x",), "receptence"), "did you mean 'receptance'"),
     (lambda: Frf(F, np.zeros((10, 1, 1)), ("a:x",), ("a:x",), coherence=np.full((10, 1, 1), 1.5)), "within 0"),

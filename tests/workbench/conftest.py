@@ -100,7 +100,7 @@ class Running:
 @pytest.fixture
 def running(folder: Path) -> Iterator[Running]:
     uvicorn = pytest.importorskip("uvicorn")
-    listener = socket.socket()
+    listener = socket.socket(socket.AF_INET, socket.SOCK_STREAM, socket.IPPROTO_TCP)
     listener.bind(("127.0.0.1", 0))
     listener.listen(64)
     access = Access("a-token-of-the-tests-0123456789", listener.getsockname()[1])

@@ -2,6 +2,7 @@
 
 import json
 import os
+import socket
 import stat
 from pathlib import Path
 
@@ -10,6 +11,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from toolpoint import ToolpointError
+from toolpoint.io.template_files import read_template
+from toolpoint.project import add_part
+from toolpoint.project.components_text import draft_components
+from toolpoint.workbench.serving.server import _listen
 from toolpoint.workbench.state.access import Access, check_file_name, keep_token, path_beneath
 
 ACCESS = Access("token-0123456789-0123456789", 4711)
@@ -180,3 +185,21 @@ def test_a_choice_of_poles_for_what_is_no_test_is_refused_and_writes_nothing(run
         assert status == 422 and b"must be one whose modes are identified here" in content, test
     assert running.client.ask("POST", "/api/choice", {"test": "a"})[0] == 422
     assert not (folder / "choices").exists() and not (folder.parent / "outside.yaml").exists()
+
+
+def test_the_content_of_an_answer_is_not_held_back():
+    """Asyncio switches Nagle's algorithm off for sockets that name their protocol; else an answer waits 40 ms."""
+    with _listen("127.0.0.1", 0) as listener:
+        assert (listener.type, listener.proto) == (socket.SOCK_STREAM, socket.IPPROTO_TCP)
+
+
+def test_the_components_text_neither_shows_nor_writes_a_file_outside_the_project(running):
+    folder = running.bench.desk.folder
+    secret = folder.parent / "secret.yaml"
+    secret.write_text("a secret\n")
+    text = read_template("components")
+    for place in ("../secret.yaml", str(secret)):
+        add_part(folder, "components", place)
+        assert "secret" not in draft_components(folder)
+        status, _, content = running.client.ask("POST", "/api/components", {"text": text})
+        assert status == 422 and b"outside the project" in content and secret.read_text() == "a secret\n"

@@ -6,6 +6,7 @@ from hypothesis import strategies as st
 
 from toolpoint import ToolpointError, io
 from toolpoint.project import Project, add_files, add_part, guess_kind, write_folder
+from toolpoint.project.components_text import draft_components, write_components
 
 CUT = "{diameter: 16 mm, teeth: 4, direction: slot, material: al7075, coefficient_deviation: 10 %, speeds: 2000 12000 rpm}"
 
@@ -61,12 +62,19 @@ def test_no_name_and_no_value_writes_anything_but_its_own_entry(name, value):
     assert len(lines) - len(text.split("\n")) in (0, 1) and {"toolpoint: 1", "draws: 40"} <= set(kept)
 
 
+# A set of data as measuring programs write it: title and units come first, record 6 says what it is.
+UNIVERSAL = ("    -1\n   151\ntitle\n    -1\n    -1\n   164\n         1  SI\n    -1\n    -1\n    58\n" + "NONE\n" * 5
+             + "{function:5d}         1    0         0 NONE               1   1\n         4        64         1\n")
+
+
 @pytest.mark.parametrize(("name", "text", "kind"), [
     ("points.csv", "point,x,y,z\n1,0,0,0\n", "geometry"), ("a.csv", "time [s],ch1 [V]\n0,1\n", "records"),
     ("b.txt", "# Frequency Hz, real, imag\n1 2 3\n", "responses"), ("c.txt", "1 2 3\n", "responses"),
     ("d.nc", "G1 X1\n", "program"), ("t.yaml", "toolpoint: 1\nrecords:\n  - {files: [a.csv]}\n", "test"),
     ("e.yaml", "toolpoint: 1\ncomponents: {}\n", "components"),
     ("m.yaml", "toolpoint: 1\nbodies: {}\n", "machine"), ("x.bin", "\x00\x01", "other"), ("bad.yaml", "a: [", "other"),
+    ("k.csv", "Punkt;X [mm];Y [mm];Z [mm]\n1;580,5;1302,6;-293,2\n", "geometry"),
+    ("s.uff", UNIVERSAL.format(function=1), "records"), ("f.unv", UNIVERSAL.format(function=4), "responses"),
     ("w.wav", "RIFF", "records"), ("g.unv", "    -1\n  2411\n", "geometry"), ("h.unv", "    -1\n    55\n", "modes"),
 ])
 def test_a_file_is_told_by_its_content(tmp_path, name, text, kind):
@@ -101,3 +109,31 @@ def test_files_that_cannot_be_read_and_entries_that_give_way_are_told(tmp_path):
     assert [doubt.what for doubt in whole.doubts] == ["machine"] and "torn.yaml was entered before" in whole.doubts[0]
     assert not add_files(root, [tmp_path / "whole.yaml"]).doubts  # the same once more
     assert (root / "torn.yaml").is_file()
+
+
+def test_records_of_universal_files_are_a_test_without_a_test_file(tmp_path):
+    """They say what each channel is; beside a test file, which names records, they enter nothing by themselves."""
+    root = write_folder(tmp_path / "mill").parent
+    for name in ("a 1.unv", "a 2.unv"):
+        (tmp_path / name).write_text(UNIVERSAL.format(function=1) + name)
+    entered = add_files(root, [tmp_path / "a 1.unv", tmp_path / "a 2.unv"])
+    assert entered.parts == (("tests.structure", "{records: [records/a 1.unv, records/a 2.unv]}"),)
+    assert Project.open(root).description.tests["structure"].records == ("records/a 1.unv", "records/a 2.unv")
+    other = write_folder(tmp_path / "lathe").parent
+    (tmp_path / "t.yaml").write_text("toolpoint: 1\nrecords:\n  - {files: ['*.unv']}\n")
+    assert add_files(other, [tmp_path / "a 1.unv", tmp_path / "t.yaml"]).parts == (("tests.t", "{test: records/t.yaml}"),)
+
+
+def test_components_are_drafted_from_the_points_and_kept_only_without_a_fault(tmp_path):
+    root = write_folder(tmp_path / "mill").parent
+    (tmp_path / "points.csv").write_text("point,x,y,z\n" + "".join(f"{k},{0.1 * k},{(-1) ** k},0.5\n" for k in range(1, 23)))
+    add_files(root, [tmp_path / "points.csv"])
+    draft = draft_components(root)
+    assert draft.startswith("# 22 points of points.csv: 1, 2, 3") and "x 0.1 to 2.2 m" in draft
+    with pytest.raises(ToolpointError, match=r"components\.yaml:.*bodyy"):
+        write_components(root, draft.replace("body:", "bodyy:", 1))
+    with pytest.raises(ToolpointError, match=r"points\.csv has no point 99"):
+        write_components(root, draft.replace('"17-22"', '"17-22", 99'))
+    assert not (root / "components.yaml").exists() and Project.open(root).description.components is None
+    assert write_components(root, draft) == Project.open(root).description.components == "components.yaml"
+    assert draft_components(root) == draft  # the next time it is that of the file

@@ -49,7 +49,7 @@ class Frame:
         self._show: Callable[..., None] | None = None
         self._pending_output, self._written, self._shown_lines = list[Callable[[], None]](), list[str](), list[str]()
         self._unwritten: list[Exception] = []
-        self._has_suggested = False
+        self._has_suggested, self.answers = False, dict[str, Any]()  # numbers that the lines of next commands take
 
     def __enter__(self) -> Frame:
         if self.output is not None and self.output.suffix != ".h5":  # that of identify is a file of modes, and no page
@@ -190,7 +190,7 @@ class Frame:
     def _print_next(self) -> None:
         """Print which commands come after this one, with its own files."""
         context = click.get_current_context(silent=True)
-        commands = [] if context is None else next_commands(str(context.info_name), context.params)
+        commands = [] if context is None else next_commands(str(context.info_name), {**context.params, **self.answers})
         if commands:
             console.text("Next: " + "; ".join(f"toolpoint {command}" for command in commands))
 
@@ -204,7 +204,8 @@ class Frame:
         for line in mark_notes(dict.fromkeys(note for note in notes if note not in first), "note: "):
             console.text(line)
         for warning in self.warnings:
-            if warning not in notes:
+            # A study that keeps what it warned of prints it in its table.
+            if warning not in notes and not any(warning in text for text in self._shown_lines):
                 console.warning(warning)
         for line in self._written:
             console.text(line)

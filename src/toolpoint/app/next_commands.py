@@ -11,7 +11,9 @@ from typing import Any
 MAX_SUGGESTED_COMMANDS = 2
 MAX_NAMED_FILES = 2  # of an argument of several; more are not repeated
 
-# Command to those that may come next; what stands in braces is an argument or option of the command itself, and a line is said
+ANSWERS = {"listen": ("chatter_hz",)}  # numbers of a command's answer that a line takes
+# Command to those that may come next; what stands in braces is an argument or option of the command itself, or a number of its
+# answer, and a line is said
 # only where each of them was given; one after an exclamation mark must not have been given, so that no command names itself
 # again as it was; one with a kind (newer:test) must be of that kind. Words in capitals are for the reader to fill in.
 NEXT_COMMANDS: dict[str, tuple[str, ...]] = {
@@ -20,7 +22,9 @@ NEXT_COMMANDS: dict[str, tuple[str, ...]] = {
     "lobes": ("mill {machine} --speed SPEED --depth DEPTH", "map-chatter {machine} --axis AXIS=LOW:HIGH:7",
               "mill --modes {modes} --teeth {cut_teeth} --speed SPEED --depth DEPTH",
               "listen CUT.wav --teeth {cut_teeth} --speed SPEED"),
-    "listen": ("speeds --chatter HZ --teeth {teeth} --highest SPEED", "lobes --modes modes.h5 --teeth {teeth}"),
+    "listen": ("speeds --chatter {chatter_hz} --teeth {teeth} --highest SPEED",
+               "listen {record} --teeth {teeth} --speed SPEED{!speed}",
+               "tap BLOWS.csv --teeth {teeth} --diameter DIAMETER --material MATERIAL"),
     "speeds": ("listen CUT.wav --teeth {teeth} --speed SPEED", "tap BLOWS.csv --teeth {teeth} --diameter DIAMETER"),
     "turn": ("listen CUT.wav --teeth 1 --speed SPEED",),
     "mill": ("lobes {machine}", "lobes --modes {modes} --teeth {cut_teeth}",

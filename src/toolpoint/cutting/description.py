@@ -228,7 +228,11 @@ class CuttingDescription:
         changes: dict[str, dict[str, Any]] = {}
         for key, value in values.items():
             if key not in PLACES:
-                fail("CuttingDescription", repr(key), "is not a key of a cut", remedy=suggestion(key, PLACES))
+                fail("CuttingDescription", repr(key), f"is not a key of a cut, which are {', '.join(PLACES)}",
+                     remedy=_suggest_key(key))
+            if isinstance(value, str) and PARAMETERS[key].kind not in ("choice", "text"):
+                fail(f"CuttingDescription.{key}", repr(value), "must be a number in SI units, without a unit behind it",
+                     remedy="0.012 for 12 mm, 8e8 for 800 N/mm^2")
             *group, name = PLACES[key]
             if isinstance(value, Mapping):
                 value = _NESTED_KINDS[key](**value)
@@ -258,6 +262,13 @@ def _entries(kind: type[Any], group: tuple[str, ...] = ()) -> Iterator[tuple[tup
             yield (*group, f.name), f, f.metadata["parameter"]
         else:
             yield from _entries(_GROUPS[f.name], (f.name,))
+
+
+def _suggest_key(word: str) -> str:
+    """Return which key is meant by the name of an option (``kt``), or else by a word near to it."""
+    by_option = {parameter.option: key for key, parameter in PARAMETERS.items() if parameter.option}
+    key = by_option.get(word.lower().replace("_", "-"))
+    return suggestion(word, PLACES) if key is None else f"did you mean {key!r}?"
 
 
 def _value(cut: CuttingDescription, place: tuple[str, ...]) -> Any:

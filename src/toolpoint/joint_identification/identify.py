@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
@@ -36,13 +36,13 @@ from toolpoint.joint_identification.machine.bending_share import bending_share
 from toolpoint.joint_identification.machine.refined import FIT_OF_MACHINE, fit_doubts, question_fit, refine_joint
 from toolpoint.joint_identification.machine.rigid_machine import COUPLED
 from toolpoint.joint_identification.machine.rival_joints import fit_with_rivals, question_runaways
-from toolpoint.joint_identification.machine.untested_directions import question_directions, struck_wrenches
+from toolpoint.joint_identification.machine.untested_directions import find_tested_directions, struck_wrenches
 from toolpoint.joint_identification.machine.whole_machine import WholeMachine, whole_machine, widen_softness
 from toolpoint.joint_identification.modes.modal_scale import scale_deviations
 from toolpoint.joint_identification.modes.mode_mixing import mixing_in_phase
 from toolpoint.joint_identification.motion.direction_gains import question_gains
 from toolpoint.joint_identification.motion.measured import Component, Point, component
-from toolpoint.joint_identification.motion.misplaced_points import question_places
+from toolpoint.joint_identification.motion.misplaced_points import MisplacedPoint, find_misplaced, leave_out_misplaced
 from toolpoint.joint_identification.motion.relative_motion import RelativeMotion
 from toolpoint.joint_identification.motion.rigid_motion import RigidMotion, SmallMotion
 from toolpoint.joint_identification.motion.sensor_gains import SensorGains, fit_gains
@@ -58,7 +58,15 @@ _MAX_STRANGER_FRACTION, _MIN_COMPONENT_POINTS = 0.2, 6
 
 @dataclass(frozen=True, eq=False)
 class JointIdentification(NotebookText):
-    """Joints of a chain, with the rigid motion of every component and every relative motion they come from."""
+    """Joints of a chain, with the rigid motion of every component and every relative motion they come from.
+
+    misplaced : points that lie elsewhere than stated, left out of the motions; tested_frequency : by child, Hz, below which no
+    further freedom of its joint brings a mode.
+
+    Examples
+    --------
+    Runs in ``examples/joint_between_two_plates.py``.
+    """
 
     joints: tuple[JointEstimate, ...]
     motions: Mapping[str, RigidMotion]
@@ -66,6 +74,8 @@ class JointIdentification(NotebookText):
     doubts: tuple[Doubt, ...] = ()
     machine: WholeMachine | None = None
     gains: SensorGains | None = None
+    misplaced: tuple[MisplacedPoint, ...] = ()
+    tested_frequency: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -76,6 +86,10 @@ class JointIdentification(NotebookText):
         loss = max((abs(joint.loss_factor or 0.0) for joint in self.joints if joint.screws.shape[1]), default=0.0)
         scale, law = self.machine.fit.mass_scale, self.machine.law
         said = [*of_gains, *([] if scale is None or scale.doubt else [scale.note])]
+        if self.tested_frequency:
+            frequencies = ", ".join(f"{child} {hertz:.3g} Hz" for child, hertz in self.tested_frequency.items())
+            said.append("joints count as rigid where they are not free; modes of further freedoms are excluded below "
+                        f"{frequencies}")
         said.append(_REAL_SHAPES if law is None else law.note)
         if law is not None and law.law != COUPLED:
             return tuple(said)
@@ -160,6 +174,10 @@ def identify_joints(
     -----
     ToolpointWarning
         Where a doubt is marked in the result.
+
+    Examples
+    --------
+    Runs in ``examples/joint_between_two_plates.py``.
     """
     criterion, method = criterion or Criterion(), method or SmallMotion()
     tree = parents(chain, list(components))
@@ -172,7 +190,12 @@ def identify_joints(
     # What is wrong is looked for in the shapes as they were measured, not where gains have made up for a part of it.
     measured = {name: component(name, real, points, labels=labels) for name, labels in components.items()}
     judged = {name: add_coordinate_variance(part, deviation) for name, part in measured.items()}
-    channel_doubts = [*question_gains(judged), *question_channels(judged, real.dofs), *question_places(judged)]
+    channel_doubts = [*question_gains(judged), *question_channels(judged, real.dofs)]
+    misplaced = find_misplaced(judged)
+    if misplaced:  # its component's motion is that of the other points, and its interval theirs
+        points, components = leave_out_misplaced(misplaced, points, components)
+        measured = {name: component(name, real, points, labels=labels) for name, labels in components.items()}
+        channel_doubts += [each.doubt for each in misplaced]
     gains = fit_gains(measured, deviation, calibration_deviation)
     motions_of = partial(_motions_with_gains, points=points, method=method, deviation=deviation, criterion=criterion)
     parts, motions, place_doubts = motions_of(real, gains, components=components)
@@ -205,7 +228,8 @@ def identify_joints(
         except np.linalg.LinAlgError as error:
             doubts.append(Doubt(FIT_OF_MACHINE, f"it broke down ({error}): no stiffness", "check masses, chain and doubts, and "
                                 "whether modes were counted twice"))
-    result = JointIdentification(tuple(joints), motions, relatives, (*doubts, *place_doubts), machine, gains)
+    result = JointIdentification(tuple(joints), motions, relatives, (*doubts, *place_doubts), machine, gains,
+                                 tuple(misplaced))
     return _refine_joints(result, modes, struck_wrenches(modes, points, components))
 
 
@@ -241,12 +265,14 @@ def _refine_joints(result: JointIdentification, modes: Modes, forces: Mapping[st
     if machine is not None:
         fit_doubt = [doubt for doubt in (question_fit(machine, modes.frequency),) if doubt is not None]
         refined = [refine_joint(joint, machine) for joint in result.joints]
-        untested = [question_directions(joint, machine, result.motions, relative=motion, omega=modes.omega, forces=forces)
-                    for joint, motion in zip(refined, result.relatives, strict=True)]
+        directions = [find_tested_directions(joint, machine, result.motions, relative=motion, omega=modes.omega, forces=forces)
+                      for joint, motion in zip(refined, result.relatives, strict=True)]
+        untested = [() if tested is None else tested.doubts for tested in directions]
         runaways = question_runaways(refined, result.relatives)
         result = replace(result, joints=tuple(replace(joint, doubts=(*fit_doubt, *runaway, *doubts, *joint.doubts))
                                               for joint, doubts, runaway in zip(refined, untested, runaways, strict=True)),
-                         doubts=(*result.doubts, *fit_doubts(machine.fit, machine, modes.frequency)))
+                         doubts=(*result.doubts, *fit_doubts(machine.fit, machine, modes.frequency)),
+                         tested_frequency={tested.joint.child: tested.frequency for tested in directions if tested is not None})
     if not result.certain:
         warnings.warn(result.status, ToolpointWarning, stacklevel=3)
     return result

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from toolpoint._check import LEFT_OUT, FloatArray, fail, floats, one_of, symmetric
+from toolpoint._check import LEFT_OUT, FloatArray, fail, floats, frozen, one_of, symmetric
 from toolpoint._notebook import NotebookText
 from toolpoint.joints.travel import AxialTravel
 
@@ -76,17 +77,17 @@ class LinearJoint(NotebookText):
             set_field(self, name, matrix)
         set_field(self, "twists", floats("LinearJoint.twists", np.eye(6) if self.twists is None else self.twists, (6, 6)))
 
-    @property
+    @cached_property
     def is_of_directions(self) -> bool:
         """Whether its coordinates are the directions of its frame, not screws."""
         return bool((self.twists == np.eye(6)).all())
 
-    @property
+    @cached_property
     def basis(self) -> FloatArray:
         """Motions (6, f) of the coordinates that are not locked, in the joint's frame."""
-        return self.twists[:, list(self.freedoms)]
+        return frozen(self.twists[:, list(self.freedoms)])
 
-    @property
+    @cached_property
     def freedoms(self) -> tuple[int, ...]:
         """Indices of the directions (or screws) that are not locked."""
         return tuple(i for i, state in enumerate(self.states) if state != "locked")

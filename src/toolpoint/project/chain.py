@@ -28,8 +28,8 @@ from toolpoint.project.programs.settings import program_command, program_inputs,
 TRIED_FILE = "tried.yaml"
 CHOICES_FOLDER = "choices"  # of poles that a person chose: a file a test, of its name
 # Versions of what the steps compute: raised where results change.
-STEP_VERSIONS = {"responses": 2, "modes": 5, "joints": 5, "drift": 1, "update": 4, "machine": 1, "tip": 1, "tried": 6,
-                 "limits": 12, "changes": 3, "next": 2, "contour": 2, "program": 5}
+STEP_VERSIONS = {"responses": 3, "modes": 5, "joints": 6, "drift": 1, "update": 4, "machine": 1, "tip": 2, "tried": 7,
+                 "limits": 13, "changes": 3, "next": 2, "contour": 2, "program": 5}
 
 
 @dataclass(frozen=True)
@@ -327,12 +327,10 @@ class _ChainBuilder:
             absent = [key for key in ("components", "geometry") if getattr(project, key) is None]
             if any(test.of == STRUCTURE for test in project.tests.values()) and absent:
                 self.absent_parts.append(f"{' and '.join(absent)}: with them the test gives joints, a machine file and limits "
-                                         f"at "
-                                    "any pose")
+                                         "at any pose")
             else:
                 self.absent_parts.append("a test (tests) or a machine file (machine) is where the chain begins; a tap of the "
-                                         "tip "
-                                    "(of: tip x) and a cut give limits at once")
+                                         "tip (of: tip x) and a cut give limits at once")
         if not project.cuts:
             self.absent_parts.append("a cut (cuts: tool and material) gives depth limits")
         elif not project.goals:

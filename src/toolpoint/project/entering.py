@@ -20,7 +20,7 @@ from toolpoint.project.folder import PROJECT_FILE
 # Kind of a file, the folder where it belongs, and what it is in words.
 FILE_KINDS = {
     "test": ("records", "test file of a hammer test: what its channels measure"),
-    "records": ("records", "records in time, which a test file names"),
+    "records": ("records", "records in time; those that are no universal files need a test file"),
     "responses": ("responses", "frequency responses"),
     "modes": ("responses", "modes"),
     "geometry": ("", "places of the measured points"),
@@ -35,6 +35,7 @@ _SINGLE_FILES = ("machine", "components", "geometry", "servo")  # of which proje
 _YAML_KINDS = {"test", "components", "servo", "machine"}
 _RECORD_SUFFIXES = (".wav", ".tdms", ".lvm")
 _PROGRAM_SUFFIXES = (".nc", ".ngc", ".mpf", ".h", ".gcode", ".tap")
+_UNIVERSAL_HEADERS = ("151", "164")  # sets of a universal file that hold no data: its title, its units
 _UNIVERSAL_SUFFIXES = (".uff", ".unv", ".ufb", ".58")
 
 
@@ -101,23 +102,23 @@ def _kind_of(file: Path) -> tuple[str, bool]:
 
 
 def _universal_kind(beginning: bytes) -> tuple[str, bool]:
-    """Return what a universal file holds by its first set: 2411 and 15 points, 55 modes, 58 records or responses."""
-    numbers = re.findall(rb"^ +-1\s*\n +(\d+)", beginning, re.MULTILINE)
-    first = numbers[0].decode() if numbers else ""
+    """Return what a universal file holds by its first set of data: 2411 and 15 points, 55 modes, 58 records or responses."""
+    text = beginning.decode("latin-1")
+    sets = [entry for entry in re.finditer(r"^ +-1\s*\n +(\d+)", text, re.MULTILINE) if entry[1] not in _UNIVERSAL_HEADERS]
+    first = sets[0][1] if sets else ""
     if first in ("2411", "15", "781", "2412"):
         return "geometry", True
     if first == "55":
         return "modes", True
-    # Field 1 of record 6: 1 is a time response, 4 a frequency response function.
-    lines = beginning.decode("latin-1").splitlines()
-    functions = [line[:5].strip() for line in lines[8:9]]
-    return ("records", True) if functions == ["1"] else ("responses", functions == ["4"])
+    # Five lines of text follow the number of set 58; then field 1 says what it is: 1 a time response, 4 a response function.
+    kinds = [line[:5].strip() for line in text[sets[0].end():].splitlines()[6:7]] if first == "58" else []
+    return ("records", True) if kinds == ["1"] else ("responses", kinds == ["4"])
 
 
 def _table_kind(text: str) -> tuple[str, bool]:
     """Return what a text table holds by its head: points, a time in its first column, else responses."""
     head = text.lower().splitlines()[:30]
-    if any(re.match(r'\s*"?(point|node|name)"?\s*[,;\t]\s*"?x', line) for line in head):
+    if any(re.match(r'[^,;\t]*[,;\t]\s*"?x\b[^,;\t]*[,;\t]\s*"?y\b[^,;\t]*[,;\t]\s*"?z\b', line) for line in head):
         return "geometry", True
     if any(re.match(r'\s*"?(time|t\b|seconds|zeit)', line) for line in head):
         return "records", True
@@ -216,14 +217,20 @@ def _place(file: Path, target: Path, *, move: bool) -> None:
 
 
 def _parts_of(placed: Sequence[tuple[str, str]]) -> list[tuple[str, str]]:
-    """Return the parts of project.yaml that placed files make; records belong to their test file."""
+    """Return the parts of project.yaml that placed files make.
+
+    Records belong to their test file; those of universal files, which say what each channel is, make a test without one.
+    """
     parts = [(kind, place) for kind, place in placed if kind in _SINGLE_FILES]
     for kind in ("test", "modes"):
         parts += [(f"tests.{_stem(place)}", f"{{{kind}: {place}}}") for file_kind, place in placed if file_kind == kind]
-    responses = [place for kind, place in placed if kind == "responses"]
-    if responses:
-        name = _stem(responses[0]) if len(responses) == 1 else "structure"
-        parts.append((f"tests.{name}", f"{{responses: [{', '.join(responses)}]}}"))
+    has_test_file = any(kind == "test" for kind, _ in placed)
+    for source in ("responses", "records"):
+        places = [place for kind, place in placed if kind == source
+                  and (source == "responses" or (not has_test_file and Path(place).suffix.lower() in _UNIVERSAL_SUFFIXES))]
+        if places:
+            name = _stem(places[0]) if len(places) == 1 else "structure"
+            parts.append((f"tests.{name}", f"{{{source}: [{', '.join(places)}]}}"))
     return parts
 
 

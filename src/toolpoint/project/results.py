@@ -156,8 +156,7 @@ def _next_steps(run: RunResult, goals: Mapping[str, Any], programs: Mapping[str,
     remedies = [f"{entry.step}: {entry.doubt.remedy}" for event in run.events for entry in run.doubts[event.decision.step]
                 if entry.doubt.grave and entry.doubt.remedy]
     lines += dict.fromkeys(remedies)
-    if candidates := (files.get("next") or {}).get("candidates"):
-        lines.append(f"measure {candidates[0]['test']}: it narrows the compliance of the tool most")
+    lines += _measuring_step(files.get("next") or {})
     undecided = {name: goal for name, goal in goals.items()
                  if UNLIKELY_PROBABILITY < goal["stable_probability"] < CERTAIN_PROBABILITY}
     for name, goal in goals.items():
@@ -173,6 +172,18 @@ def _next_steps(run: RunResult, goals: Mapping[str, Any], programs: Mapping[str,
                      f"(toolpoint tried): the interval would be {100 * cut['interval_over_today']:.0f} % of today's, in the "
                      "mean")
     return [*lines, *absent_parts]
+
+
+def _measuring_step(following: Mapping[str, Any]) -> list[str]:
+    """Return the line on the next test: the best one, or that none narrows the answer."""
+    from toolpoint.studies.machines.next_test import FLAT_WORDS, narrows  # a run alone loads machines
+
+    candidates = following.get("candidates")
+    if not candidates:
+        return []
+    if narrows(following["today"], candidates[0]["after"]):
+        return [f"measure {candidates[0]['test']}: it narrows the compliance of the tool most"]
+    return [FLAT_WORDS.format(answer="compliance of the tool", today=100 * following["today"])]
 
 
 def _program_step(name: str, data: Mapping[str, Any]) -> str:

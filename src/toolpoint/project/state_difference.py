@@ -8,6 +8,7 @@ from typing import Any
 
 from toolpoint._doubt import Doubt, mark_notes
 from toolpoint._notebook import NotebookText
+from toolpoint._rounding import with_uncertainty
 from toolpoint.project.kept_states import KeptState, limit_words
 from toolpoint.studies.text_table import text_table
 
@@ -49,7 +50,7 @@ class StateDifference(NotebookText):
 
     @property
     def spring_rows(self) -> tuple[tuple[str, ...], ...]:
-        """Rows of the springs that differ: path, value of both (SI), change, verdict."""
+        """Rows of the springs that differ: path, value of both with its 95 % interval, change, verdict."""
         first, second = self.older.data.get("springs", {}), self.newer.data.get("springs", {})
         rows = (_spring_row(path, first.get(path), second.get(path)) for path in dict.fromkeys([*first, *second]))
         return tuple(row for row in rows if row is not None)
@@ -144,7 +145,7 @@ def _interval_words(goal: Mapping[str, Any]) -> str:
         return ""
     lower, upper = goal["interval_m"]
     above = f"above {1e3 * goal['depth_max_m']:.3g}" if goal.get("depth_max_m") else "no end"
-    return " .. ".join(above if end is None else f"{1e3 * end:.3g}" for end in (lower, upper))
+    return above if lower is None else " .. ".join(above if end is None else f"{1e3 * end:.3g}" for end in (lower, upper))
 
 
 def _ends(goal: Mapping[str, Any]) -> tuple[float, float]:
@@ -196,7 +197,11 @@ def _spring_row(path: str, first: Mapping[str, Any] | None, second: Mapping[str,
     verdict = verdict_of(values, intervals)
     if verdict == "the same":
         return None
-    texts = ["" if value is None else f"{value:.4g}" for value in values]
+    unit = "N m/rad" if path.rsplit(".", 1)[-1].startswith("r") else "N/m"
+    texts = ["" if value is None else with_uncertainty(value, None if ends is None else (ends[1] - ends[0]) / 2, unit)
+             for value, ends in zip(values, intervals, strict=True)]
+    if None in values:
+        verdict = "only in the newer" if values[0] is None else "only in the older"
     return (path, *texts, _change(*values), verdict)
 
 

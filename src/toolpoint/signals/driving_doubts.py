@@ -6,15 +6,18 @@ Every explanation is tried on the lines that can be believed, and the one that g
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 
 from toolpoint._check import BoolArray, ComplexArray, FloatArray
 from toolpoint._doubt import Doubt
 from toolpoint.signals.passivity import (
     SIGNAL_TO_NOISE,
     BandLines,
+    ResonancePeak,
     active_share,
     band_lines,
     find_peaks,
@@ -33,9 +36,15 @@ MIN_LOUD_FRACTION = 0.05  # of the lines, above the noise
 PHASE_ERROR = np.radians(2.0)  # standard deviation, of a residue with near neighbours or a complex shape
 DELAY_DEVIATIONS, LONE_DEVIATIONS, OTHER_DEVIATIONS = 2.8, 4.0, 0.7  # of a delay at several peaks, at one, at all but one
 ADVANCE_FACTOR = 1.7  # on the deviations of a response ahead of its force: overlapping modes turn a peak as much
+# Peaks from which one delay may explain all their phases; significance; least error of a phase, of that assumed; least change
+# of the least real part by a delay that is doubted for its significance.
+MIN_DELAY_PEAKS, DELAY_SIGNIFICANCE, MIN_RELATIVE_TURN_ERROR, MIN_DELAY_CHANGE = 3, 2e-4, 0.02, 0.03
 MAX_MISFIT_GROWTH = 1.05  # of the real part's misfit with the imaginary one, as a delay is taken out: beyond, it was none
 MAX_UNEXPLAINED_TURN = 0.5  # of the weighted squared phases of the peaks, after a delay
+MAX_CHANCE_TURN = 1e-3  # of them: less is no chance, as neighbours of two modes do not turn both in proportion to frequency
 MAX_PEAK_TURN = np.radians(100)  # phase of a peak: beyond, response and force are at different points
+# A mode of the opposite sign: its part that gives off power over the largest response, phase beyond the passive range, lines.
+MIN_TURNED_RATIO, MIN_TURN, MIN_TURNED_LINES = 0.02, np.radians(20), 4
 _NOT_ONE_POINT = "not a driving point (response and force are not at one point and direction) or very noisy"
 
 
@@ -101,9 +110,26 @@ def question_driving_point(frf: Frf, dof: Dof | str | None = None) -> list[Doubt
                       "noise: there is hardly a response", "look at the sensor and its cable, strike harder, average more",
                       figure=1 - float(lines.is_loud.mean()), grave=True)]
     share = active_share(lines)
-    if share <= MAX_ACTIVE_FRACTION:
-        return _doubt_peak_phases(name, lines)
-    return [_doubt_active_lines(name, frf, lines, share)]
+    doubts = _doubt_peak_phases(name, lines) if share <= MAX_ACTIVE_FRACTION else [_doubt_active_lines(name, frf, lines, share)]
+    return doubts if any(doubt.grave for doubt in doubts) else _doubt_turned_loss(name, lines) or doubts
+
+
+def _doubt_turned_loss(name: str, lines: BandLines) -> list[Doubt]:
+    """Return the doubt about a run of lines that give off as much power as a mode of the opposite sign.
+
+    On the flank of a stronger mode it is of few lines: their share says nothing of how strong it is.
+    """
+    gain = lines.receptance.imag
+    largest = float(np.abs(lines.receptance[lines.is_loud]).max())
+    is_turned = (gain > MIN_TURNED_RATIO * largest) & (gain > SIGNAL_TO_NOISE * lines.noise) & (
+        gain > np.sin(MIN_TURN) * np.abs(lines.receptance))
+    runs = np.flatnonzero(np.convolve(is_turned, np.ones(MIN_TURNED_LINES), "valid") == MIN_TURNED_LINES)
+    if not runs.size:
+        return []
+    place = int(np.argmax(np.where(is_turned, gain, 0.0)))
+    return [Doubt(name, f"{_NOT_ONE_POINT}: near {lines.omega[place] / (2 * np.pi):.0f} Hz it gives off power as a mode of the "
+                  f"opposite sign does, {100 * gain[place] / largest:.2g} % of its largest peak", "put sensor and hammer at "
+                  "one point in one line", figure=float(gain[place] / largest), grave=True)]
 
 
 def _doubt_active_lines(name: str, frf: Frf, lines: BandLines, share: float) -> Doubt:
@@ -191,25 +217,70 @@ def _doubt_peak_phases(name: str, lines: BandLines) -> list[Doubt]:
     peaks = find_peaks(lines)
     if not peaks:
         return []
-    omega = np.array([2 * np.pi * peak.frequency for peak in peaks])
-    phase = np.array([peak.phase for peak in peaks])
-    # The error of a residue's phase: its damping ratio (hysteretic damping), its own deviation, and near neighbours.
-    error = np.array([np.sqrt(PHASE_ERROR**2 + peak.damping**2 + (2 * peak.deviation) ** 2) for peak in peaks])
+    omega, phase, error = _turns(peaks)
     if float(np.abs(phase[0])) > MAX_PEAK_TURN:
         return [Doubt(name, f"{_NOT_ONE_POINT}: its peak at {peaks[0].frequency:.0f} Hz is turned by "
                       f"{np.degrees(phase[0]):.0f} degrees", "put sensor and hammer at one point in one line", grave=True)]
     delay, deviations = _fit_delay(omega, phase, error)
     unexplained = float((((phase + omega * delay) / error) ** 2).sum() / max(float(((phase / error) ** 2).sum()), 1e-300))
     min_deviations = DELAY_DEVIATIONS if len(peaks) > 1 else LONE_DEVIATIONS
-    if delay < 0:
+    if delay < 0 and not (len(peaks) > 1 and unexplained < MAX_CHANCE_TURN):
         min_deviations *= ADVANCE_FACTOR
-    if deviations < min_deviations or unexplained > MAX_UNEXPLAINED_TURN or not _is_shared(omega, phase, error, delay):
+    is_large = deviations >= min_deviations and unexplained <= MAX_UNEXPLAINED_TURN and _is_shared(omega, phase, error, delay)
+    if not is_large and not _is_common_delay(omega, phase, error, delay):
         return []
     # Modes that overlap turn peaks as a delay does; taken out, a delay that is there brings real and imaginary part together.
     misfits = [look_outside(each).misfit for each in (lines, lines.turned(np.exp(1j * lines.omega * delay)))]
-    if misfits[1] > MAX_MISFIT_GROWTH * misfits[0]:
+    if misfits[1] > MAX_MISFIT_GROWTH * misfits[0] or not (is_large or _changes_limits(lines, delay)):
         return []
     return [_doubt_delay(name, delay, 1, abs(float(phase[0])))]
+
+
+def question_shared_delay(responses: Mapping[str, Frf]) -> list[Doubt]:
+    """Return the doubt that one delay turns the peaks of several driving points, too little in each of them to be told there.
+
+    responses : single driving points measured by the same channels, by the name of their direction.
+    """
+    parts = [lines for frf in responses.values() if (lines := select_lines(frf)) is not None]
+    peaks = [peak for lines in parts for peak in find_peaks(lines)]
+    if len(parts) < 2 or not peaks:
+        return []
+    omega, phase, error = _turns(peaks)
+    delay, _ = _fit_delay(omega, phase, error)
+    if not _is_common_delay(omega, phase, error, delay) or not any(_changes_limits(lines, delay) for lines in parts):
+        return []
+    return [_doubt_delay(" and ".join(responses), delay, 1, float(np.abs(phase).max()))]
+
+
+def _turns(peaks: Sequence[ResonancePeak]) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return the frequencies (rad/s) of peaks, the phases of their residues (rad) and the errors of these.
+
+    The error is of hysteretic damping (its ratio), of near neighbours or a complex shape, and of the peak's fit.
+    """
+    error = [np.sqrt(PHASE_ERROR**2 + peak.damping**2 + (2 * peak.deviation) ** 2) for peak in peaks]
+    return (2 * np.pi * np.array([peak.frequency for peak in peaks]), np.array([peak.phase for peak in peaks]),
+            np.array(error))
+
+
+def _is_common_delay(omega: FloatArray, phase: FloatArray, error: FloatArray, delay: float) -> bool:
+    """Whether one delay explains the phases of the peaks far better than chance, by what it leaves of them (Student's t).
+
+    Neighbours turn one peak or another; phases that grow with frequency from peak to peak are those of a delay, however small.
+    """
+    freedom = omega.size - 1
+    if freedom < MIN_DELAY_PEAKS - 1:
+        return False
+    residual = (phase + omega * delay) / error
+    scale = max(float(np.sqrt((residual**2).sum() / freedom)), MIN_RELATIVE_TURN_ERROR)
+    ratio = abs(delay) * float(np.sqrt(((omega / error) ** 2).sum())) / scale
+    return float(2 * scipy.special.stdtr(freedom, -ratio)) < DELAY_SIGNIFICANCE
+
+
+def _changes_limits(lines: BandLines, delay: float) -> bool:
+    """Whether the least real part, which bounds depths of cut, is another once a delay is taken out."""
+    loud = lines.receptance[lines.is_loud]
+    true = loud * np.exp(1j * lines.omega[lines.is_loud] * delay)
+    return abs(float(loud.real.min()) - float(true.real.min())) > MIN_DELAY_CHANGE * float(np.abs(true.real.min()))
 
 
 def _fit_delay(omega: FloatArray, phase: FloatArray, error: FloatArray) -> tuple[float, float]:

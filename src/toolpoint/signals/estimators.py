@@ -133,6 +133,15 @@ def variance(spectra: Spectra) -> FloatArray | None:
     return np.maximum(unexplained[:, :, None] * inverse[:, None, :] / (spectra.blocks - inputs), 0.0)
 
 
+def with_choice(values: ComplexArray, h1: ComplexArray, h1_variance: FloatArray | None) -> FloatArray | None:
+    """Return the variance of responses by an estimator from that of H1: the square of what lies between both is added.
+
+    On which side the noise is, the data do not tell. All of it on the responses makes H1 right, and the other estimator off by
+    the whole difference; scatter alone says nothing of that.
+    """
+    return None if h1_variance is None else h1_variance + np.abs(values - h1) ** 2
+
+
 def scatter_of_hits(spectra: Sequence[tuple[ComplexArray, ComplexArray]]) -> tuple[FloatArray | None, FloatArray | None]:
     r"""Return E|e|^2 of H1 (n_f, n_outputs, 1) from the scatter of hits, and the degrees of freedom of e; None with one hit.
 

@@ -14,7 +14,7 @@ from toolpoint._doubt import Doubt
 from toolpoint._notebook import NotebookText
 from toolpoint.signals.blocks import fit_block
 from toolpoint.signals.consistency import compare_hits
-from toolpoint.signals.estimators import Spectra, average, multiple_coherence, responses, scatter_of_hits
+from toolpoint.signals.estimators import Spectra, average, multiple_coherence, responses, scatter_of_hits, with_choice
 from toolpoint.signals.hits import MIN_PRETRIGGER_SAMPLES, Hit, HitRules, find_hits, judge_hits
 from toolpoint.signals.ringing import choose_final, find_ringing
 from toolpoint.signals.windows import FILTER_RINGING_SAMPLES, doubt_window, exponential, force
@@ -74,7 +74,10 @@ class HammerTest(NotebookText):
         """Return the responses by another estimator, ``H1``, ``H2`` or ``Hv``, of the same hits."""
         if self.averages is None:
             return self.frf
-        return replace(self.frf, values=responses(self.averages, estimator))
+        values, h1 = responses(self.averages, estimator), responses(self.averages)
+        scatter = None if self.frf.variance is None else np.maximum(
+            self.frf.variance - np.abs(self.frf.values - h1) ** 2, 0.0)
+        return replace(self.frf, values=values, variance=with_choice(values, h1, scatter))
 
     @property
     def excited(self) -> float:
@@ -182,9 +185,10 @@ def hammer_test(
              *_result_notes(averages.frequency, level, len(accepted), decay))
     scatter = scatter_of_hits([spectra[i] for i in accepted])
     coherence = multiple_coherence(averages)[:, :, None] if len(accepted) > 1 else None
-    frf = Frf(averages.frequency, responses(averages, estimator), tuple(all_records[0].channels[i] for i in outputs),
-              (all_records[0].channels[force_at],), quantity, coherence=coherence, variance=scatter[0], decay=decay,
-              notes=notes)
+    values = responses(averages, estimator)
+    frf = Frf(averages.frequency, values, tuple(all_records[0].channels[i] for i in outputs),
+              (all_records[0].channels[force_at],), quantity, coherence=coherence,
+              variance=with_choice(values, responses(averages), scatter[0]), decay=decay, notes=notes)
     return HammerTest(frf, tuple(hits), level, block / rate, scatter[1], averages)
 
 

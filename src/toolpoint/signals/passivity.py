@@ -231,6 +231,9 @@ def _structural_shortfall(lines: BandLines) -> float:
     count = max(place // MIN_LOW_END_LINES, 1)
     loss = -lines.receptance.imag[:count * MIN_LOW_END_LINES]
     constant = max(min(float(np.median(block)) for block in np.array_split(loss, count)), 0.0)
+    if count == 1:
+        # The flank of a largest peak close to the low end is no constant loss: that of a mode is eta / k = 4 zeta^2 height.
+        constant = min(constant, sum(4 * each.damping**2 * each.height for each in find_peaks(lines)) or constant)
     peak = float(lines.omega[place])
     return constant * (STRUCTURAL_LOSS_FACTOR + STRUCTURAL_LOSS_RISE * float(np.log(max(peak / lines.omega[0], 1.0))))
 

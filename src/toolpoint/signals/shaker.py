@@ -7,7 +7,15 @@ from collections.abc import Sequence
 import numpy as np
 
 from toolpoint._check import Array, ComplexArray, FloatArray, fail, one_of, positive
-from toolpoint.signals.estimators import Spectra, average, multiple_coherence, ordinary_coherence, responses, variance
+from toolpoint.signals.estimators import (
+    Spectra,
+    average,
+    multiple_coherence,
+    ordinary_coherence,
+    responses,
+    variance,
+    with_choice,
+)
 from toolpoint.signals.hammer import RESPONSE_QUANTITIES
 from toolpoint.signals.windows import hann, independent_blocks
 from toolpoint.vibration.frf import Frf
@@ -67,8 +75,10 @@ def shaker_test(
     averages = _average_blocks(records, resolution, excitation, estimator=estimator, band=band, settle=settle)
     multiple = multiple_coherence(averages)[:, :, None] if averages.blocks > len(forces) else None
     coherence = None if multiple is None else np.repeat(multiple, len(forces), axis=2)
-    return Frf(averages.frequency, responses(averages, estimator), tuple(first.channels[i] for i in outputs),
-               tuple(first.channels[i] for i in forces), quantity, coherence=coherence, variance=variance(averages),
+    values = responses(averages, estimator)
+    return Frf(averages.frequency, values, tuple(first.channels[i] for i in outputs),
+               tuple(first.channels[i] for i in forces), quantity, coherence=coherence,
+               variance=with_choice(values, responses(averages), variance(averages)),
                notes=() if len(forces) == 1 else ("coherence is the multiple coherence of each output",))
 
 

@@ -82,6 +82,9 @@ class Frf(NotebookText):
     def __post_init__(self) -> None:
         put = object.__setattr__
         frequency = nonnegative("Frf.frequency", increasing("Frf.frequency", floats("Frf.frequency", self.frequency)))
+        if np.shape(self.values) == frequency.shape:
+            fail("Frf.values", f"shape {frequency.shape}", "must be lines x outputs x inputs",
+                 remedy="a single response is values[:, None, None]")
         values = complexes("Frf.values", self.values, (frequency.size, None, None))
         put(self, "frequency", frequency)
         put(self, "values", values)

@@ -148,7 +148,6 @@ def run_finite_element_mill(run: Frame) -> None:
     result = studies.study_example_mill(step=run.step)
     run.step("page")
     run.save(pages.finite_element_page, result, warnings=run.warnings)
-    run.warnings[:0] = result.notes
     run.show_text(result.table())
 
 

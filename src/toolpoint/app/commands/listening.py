@@ -73,4 +73,5 @@ def listen(run: Frame, record: Annotated[SourceFile | None, Argument()] = None, 
     else:
         result = studies.listen(cut_record, teeth, speed, channel=channel, modes=tool_modes, spindle=spindle)
         name = cut_record.name
+    run.answers["chatter_hz"] = result.chatter_words
     run.present(pages.listening_page, result, run.warnings, notes=[*result.doubts, *result.notes], name=name)

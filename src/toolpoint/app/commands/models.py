@@ -94,8 +94,7 @@ def identify(run: Frame, files: Files, *, geometry: Geometry = None,
     if run.as_json:
         run.show(result)
     run.show_text(result.table(), TABLE_LEGEND, result.status)
-    run.warnings += [note for note in frf.notes if not any(console.spell_options(note) in text for text in run.warnings)]
-    run.show_rest()
+    run.show_rest([note for note in frf.notes if not any(console.spell_options(note) in text for text in run.warnings)])
 
 
 @command(steps=4, replace=True)

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
-from toolpoint._check import Array, FloatArray, fail, floats, nonnegative
+from toolpoint._check import Array, FloatArray, fail, floats, frozen, nonnegative
 from toolpoint._doubt import Doubt, status_of
 from toolpoint._notebook import NotebookText
 
@@ -102,15 +103,26 @@ class StabilityChart(NotebookText):
         """Critical multiplier of each boundary point, exp(i theta) (its conjugate belongs to it)."""
         return np.exp(1j * self.theta)
 
-    @property
+    @cached_property
     def limit(self) -> FloatArray:
         """Depth of the first loss of stability at each speed, m; infinite where none lies below `depth_max`."""
-        return np.array([self._first(i) for i in range(self.speeds.size)])
+        result = np.full(self.speeds.size, np.inf)
+        # Stable from depth zero: the first point at which multipliers leave the unit circle (points are sorted by depth).
+        leaving = np.flatnonzero(self.change > 0)
+        speeds, first = np.unique(self.index[leaving], return_index=True)
+        result[speeds] = self.depth[leaving[first]]
+        result[result >= self.depth_max] = np.inf
+        for i in np.flatnonzero(self.unstable_at_zero > 0).tolist():
+            result[i] = self._first(i)
+        return frozen(result)
 
-    @property
+    @cached_property
     def limit_error(self) -> FloatArray:
         """Stated error of the limit at each speed, m; zero where there is none below `depth_max`."""
-        return np.array([self.error[p] if p >= 0 else 0.0 for p in self.limit_points()])
+        points = self.limit_points()
+        result = np.zeros(points.size)
+        result[points >= 0] = self.error[points[points >= 0]]
+        return frozen(result)
 
     @property
     def ratio_ends(self) -> tuple[FloatArray, FloatArray]:
@@ -196,13 +208,13 @@ class StabilityChart(NotebookText):
 
     def limit_points(self) -> Array:
         """Return for every speed the boundary point of its first loss of stability, -1 where there is none."""
-        out = np.full(self.speeds.size, -1)
-        limit = self.limit
-        for i in np.flatnonzero(np.isfinite(limit)).tolist():
-            points = self.points(i)
-            if points.size:
-                out[i] = points[np.argmin(np.abs(self.depth[points] - limit[i]))]
-        return out
+        result = np.full(self.speeds.size, -1)
+        points = np.flatnonzero(np.isfinite(self.limit[self.index]))
+        distance = np.abs(self.depth[points] - self.limit[self.index[points]])
+        by_distance = points[np.argsort(distance, kind="stable")]
+        speeds, first = np.unique(self.index[by_distance], return_index=True)
+        result[speeds] = by_distance[first]
+        return result
 
     def noted(self, *notes: str) -> StabilityChart:
         """Return the same chart with more remarks."""

@@ -95,8 +95,10 @@ def label_columns(path: Path, columns: Columns, channels: Sequence[ChannelDescri
     if not kept:
         listed = ", ".join(f"{k + 1}: {name} [{unit or 'no unit'}]"
                            for k, (name, unit) in enumerate(zip(columns.names, columns.units, strict=True)))
+        sound = "; a microphone measures no force: `toolpoint listen` judges the sound of a cut" * (
+            set(columns.units) == {"full scale"})
         raise ToolpointError(f"{path}: no channel is known as force or motion ({listed}); say what each is with `channel`: "
-                             f"{FORM}")
+                             f"{FORM}{sound}")
     omitted = [labelled[k].name for k in range(len(labelled)) if k not in kept and labelled[k].quantity != "ignored"]
     if omitted:
         labels.note(f"channels left out, as nothing says what they measure: {', '.join(omitted)}")

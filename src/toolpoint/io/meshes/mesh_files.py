@@ -37,6 +37,20 @@ def read_mesh(path: str | Path, materials: Material | Mapping[str, Material], *,
     Elements of 4 or 8 nodes are given mid-side nodes on their straight edges.
 
     Raises ToolpointError for a size that no part of a machine has (a wrong unit), several bodies, wedges and pyramids.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from toolpoint.bodies.solid import STEEL
+    >>> corners = [(x, y, z) for z in (0, 200) for x, y in ((0, 0), (300, 0), (300, 100), (0, 100))]
+    >>> lines = ["*NODE", *(f"{k}, {x}, {y}, {z}" for k, (x, y, z) in enumerate(corners, 1)),
+    ...          "*ELEMENT, TYPE=C3D8, ELSET=BLOCK", "1, 1, 2, 3, 4, 5, 6, 7, 8"]
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = Path(folder) / "block.inp"
+    ...     written = path.write_text("\\n".join(lines))
+    ...     model = read_mesh(path, STEEL, unit="mm")
+    >>> model.element_count, (1e3 * model.nodes.max(axis=0)).round(6).tolist()  # mm
+    (1, [300.0, 100.0, 200.0])
     """
     return build_model(read_content(Path(path)), materials, unit=unit)
 

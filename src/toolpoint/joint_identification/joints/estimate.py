@@ -66,6 +66,10 @@ class JointEstimate(NotebookText):
         Other kinds with as many freedoms that the data do not refuse.
     doubts : tuple of str
         Reasons against the estimate; empty for a joint that the data establish.
+
+    Examples
+    --------
+    Runs in ``examples/joint_between_two_plates.py``.
     """
 
     parent: str

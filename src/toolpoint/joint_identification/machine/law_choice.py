@@ -29,6 +29,7 @@ from toolpoint.joint_identification.modes.modal_data import ModalData
 
 # Difference of the evidence up to which the data do not distinguish two laws (Kass, Raftery: 10 is very strong evidence).
 DECISIVE_EVIDENCE = 10.0
+MIN_MODAL_DAMPING = 1e-9  # of all modes: computed shapes without damping have a law too
 # Rounds after which a fit is judged, and its misfit over that of a good fit from which it is given up.
 _FIRST_ROUNDS, _HOPELESS_RATIO = 10, 10.0
 _MIN_DAMPING_DEVIATIONS = 3.0  # standard deviations: below, a damping number does not differ from zero
@@ -154,7 +155,7 @@ def _choose(tried: Sequence[MachineFit], data: ModalData) -> tuple[MachineFit, L
 
 def _numbers_paid(fit: MachineFit, data: ModalData) -> float:
     """Return the cost of the numbers of a fit: -ln det of their covariance in units of their prior widths."""
-    ratio = float(np.median(data.ratio))
+    ratio = max(float(np.median(data.ratio)), MIN_MODAL_DAMPING)
     width = fit.model.deviations
     for form, part in zip(fit.model.forms, fit.model.slices, strict=False):
         if form.lossy and form.start.twists.shape[1]:

@@ -11,6 +11,7 @@ neither, nor do all but one of several modes of one frequency under one struck p
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import scipy.linalg
@@ -35,13 +36,56 @@ _MIN_PUSHED_SHARE = 0.03  # of a struck point's push on the carried mass: a soft
 _MIN_NAMED_SHARE = 0.3  # of the carried mass's motion along a way, in the untested directions, from which it is named
 
 
-def question_directions(joint: JointEstimate, machine: WholeMachine, motions: Mapping[str, RigidMotion], *,
-                        relative: RelativeMotion, omega: FloatArray, forces: Mapping[str, FloatArray]) -> tuple[Doubt, ...]:
-    """Return the doubt, if any, that a joint may be soft where the test does not load it.
+@dataclass(frozen=True, eq=False)
+class TestedDirections:
+    """Directions in which a joint is not free, and how far a test excludes that it is soft there.
+
+    ways : (6, p), carried mass 1 along each; squares : (p,) of frequencies, rad/s, below which the loads exclude a mode along
+    them; pushed : (p,), largest share of a struck point's push; carried : (6, 6) mass; omega : of the modes, rad/s;
+    has_forces : whether the struck points are known.
+    """
+
+    joint: JointEstimate
+    squares: FloatArray
+    ways: FloatArray
+    pushed: FloatArray
+    carried: FloatArray
+    omega: FloatArray
+    has_forces: bool
+
+    @property
+    def frequency(self) -> float:
+        """Frequency, Hz, below which no further freedom of the joint brings a mode; infinite for a joint without locked ones.
+
+        What a struck point pushes would have shown a mode within the measured band.
+        """
+        squares = np.where(self.pushed >= _MIN_PUSHED_SHARE, np.maximum(self.squares, self.omega.max() ** 2), self.squares)
+        return float(np.sqrt(max(squares.min(initial=np.inf), 0.0)) / (2 * np.pi))
+
+    @property
+    def doubts(self) -> tuple[Doubt, ...]:
+        """The doubt, if any, that the joint may be soft where the test does not load it.
+
+        Directions count as tested where a mode of the carried mass along them, as low as the lowest one, is excluded.
+        """
+        is_untested = (self.squares < self.omega.min() ** 2) & (self.pushed < _MIN_PUSHED_SHARE)
+        # Struck points that nobody told may have pushed any direction; fewer modes than directions load not all in any case.
+        is_open = not self.has_forces and self.omega.size >= self.squares.size
+        if is_open or not is_untested.any():
+            return ()
+        hertz = float(np.sqrt(max(self.squares[is_untested].min(), 0.0)) / (2 * np.pi))
+        names = _names_of(self.joint, self.ways[:, is_untested], self.carried)
+        return (Doubt("freedoms", f"nothing in this test loads the joint along {', '.join(names)}: it may be soft there too (a "
+                      f"mode of it above {hertz:.3g} Hz is not excluded)", "strike a further point, in another direction",
+                      figure=hertz),)
+
+
+def find_tested_directions(joint: JointEstimate, machine: WholeMachine, motions: Mapping[str, RigidMotion], *,
+                           relative: RelativeMotion, omega: FloatArray, forces: Mapping[str, FloatArray]
+                           ) -> TestedDirections | None:
+    """Return how far the test excludes that a joint is soft where it is not free; None where it is free along all directions.
 
     omega : (n_modes,) measured, rad/s; forces : wrenches (6, n) about the origin that struck each component, of unit force.
-
-    Directions count as tested where it is excluded that the carried mass would vibrate along them as low as the lowest mode.
     """
     columns = list(machine.modes)
     model, place = machine.fit.model, machine.names.index(joint.child)
@@ -49,21 +93,13 @@ def question_directions(joint: JointEstimate, machine: WholeMachine, motions: Ma
     outward = [i for i in range(len(machine.names)) if _carries(model.parents, place, i)]
     carried = np.sum([masses[i] for i in outward], axis=0)
     locked = _complement(joint.screws, carried)
-    if not locked.shape[1] or not columns or not forces:
-        return ()
+    if not locked.shape[1] or not columns:
+        return None
     twists = {i: motions[machine.names[i]].twist[:, columns] for i in outward}
     load = omega[columns] ** 2 * np.sum([masses[i] @ twists[i] for i in outward], axis=0)
-    bounds, ways = _excluded_squares(load, relative, columns, locked=locked, carried=carried)
+    squares, ways = _excluded_squares(load, relative, columns, locked=locked, carried=carried)
     pushed = _pushed_share([forces[machine.names[i]] for i in outward if machine.names[i] in forces], ways, carried)
-    is_untested = (bounds < omega[columns].min() ** 2) & (pushed < _MIN_PUSHED_SHARE)
-    bounds, untested = bounds[is_untested], ways[:, is_untested]
-    if not untested.shape[1]:
-        return ()
-    hertz = float(np.sqrt(max(bounds.min(), 0.0)) / (2 * np.pi))
-    names = _names_of(joint, untested, carried)
-    return (Doubt("freedoms", f"nothing in this test loads the joint along {', '.join(names)}: it may be soft there too (a "
-                  f"mode of it above {hertz:.3g} Hz is not excluded)", "strike a further point, in another direction",
-                  figure=hertz),)
+    return TestedDirections(joint, squares, ways, pushed, carried, omega[columns], bool(forces))
 
 
 def struck_wrenches(modes: Modes, points: Mapping[Point, ArrayLike], components: Mapping[str, Sequence[Point]]

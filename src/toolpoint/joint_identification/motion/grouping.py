@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from itertools import combinations
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -23,6 +24,11 @@ from toolpoint._notebook import NotebookText
 from toolpoint.joint_identification.motion.measured import Point, columns, find_positions
 from toolpoint.spatial import transform as tf
 from toolpoint.vibration import Modes
+
+MIN_GROUPED_FRACTION = 0.9  # of the points in clusters, from which a grouping is one
+MAX_NOISE_FACTOR = 25.0  # of the variance over the stated one: beyond, parts that move apart may count as one
+_NOISE_STEP = 2.0  # of the variance, from one try to the next
+_DRAWN_SEEDS = 60  # sets of neighbours tried around a point
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,6 +64,10 @@ class _PointMotions:
     right: FloatArray
     count: FloatArray
 
+    def selected(self, members: IndexArray) -> _PointMotions:
+        """Return the same of some points."""
+        return _PointMotions(*(getattr(self, part.name)[members] for part in fields(self)))
+
 
 @rename_argument("least", "min_points", since="0.2")
 def group_points(modes: Modes, points: Mapping[Point, ArrayLike], noise: float | None = None, *, min_points: int = 5,
@@ -80,7 +90,23 @@ def group_points(modes: Modes, points: Mapping[Point, ArrayLike], noise: float |
     Warns
     -----
     ToolpointWarning
-        Where points stay undecided or left out.
+        Where points stay undecided or left out, and where shapes scatter far more than is stated.
+
+    Examples
+    --------
+    Two plates side by side, of which the second turns about an axis between them:
+
+    >>> import numpy as np
+    >>> from toolpoint.vibration import Modes
+    >>> rng = np.random.default_rng(1)
+    >>> places = rng.uniform(0, 1, (12, 3)) + np.repeat([[0, 0, 0], [2, 0, 0]], 6, axis=0)
+    >>> move, turn, angle = rng.standard_normal((3, 3)), rng.standard_normal((3, 3)), np.array([1.0, -2.0, 0.5])
+    >>> motion = move[:, None] + np.cross(turn[:, None], places)
+    >>> motion[:, 6:] += angle[:, None, None] * np.cross([0, 0, 1], places[6:] - [1.5, 0.2, 0])
+    >>> dofs = [f"{point}:+{way}" for point in range(12) for way in "xyz"]
+    >>> modes = Modes([50.0, 80.0, 120.0], 0.02, motion.reshape(3, -1).T, dofs)
+    >>> sorted(group_points(modes, dict(enumerate(places)), noise=1e-3).components.values())
+    [(0, 1, 2, 3, 4, 5), (6, 7, 8, 9, 10, 11)]
     """
     if min_points < 4:
         fail("min_points", str(min_points), "must be at least 4", remedy="three points always move almost rigidly")
@@ -89,13 +115,20 @@ def group_points(modes: Modes, points: Mapping[Point, ArrayLike], noise: float |
         fail("points", f"{len(names)} measured points", f"must be at least {2 * min_points} to be grouped")
     data = _prepare_motions(modes, points, names, noise)
     seeds = _seeds(data, min_points)
-    scale = _noise_factor(data, seeds)
-    limit = np.array([stats.chi2.isf(significance / len(names), freedom) for freedom in data.count]) * scale
-    clusters = _clusters(data, seeds, limit, min_points)
+    limit = np.array([stats.chi2.isf(significance / len(names), freedom) for freedom in data.count])
+    clusters, factor = _clusters(data, seeds, limit, min_points), 1.0
+    if not _explain_most(clusters, len(names)):
+        # Neighbours belong to several bodies, or shapes scatter more than is stated. The least noise that explains most points
+        # is taken: a larger one would make one part of what moves apart.
+        largest, seeds = _noise_factor(data, seeds), [*_consensus_seeds(data, min_points), *seeds]
+        for factor in (*_NOISE_STEP ** np.arange(np.log(largest) / np.log(_NOISE_STEP)), largest):
+            clusters = _clusters(data, seeds, factor * limit, min_points)
+            if _explain_most(clusters, len(names)):
+                break
     if not clusters:
         fail("modes", "no rigid cluster", f"must have some of at least {min_points} points",
              remedy="group the points by hand, or give the noise that the shapes have")
-    return _result(data, clusters, limit, names, modes.count)
+    return _result(data, clusters, factor * limit, names, modes.count, factor=float(factor))
 
 
 def _prepare_motions(modes: Modes, points: Mapping[Point, ArrayLike], names: list[Point], noise: float | None) -> _PointMotions:
@@ -130,12 +163,38 @@ def _seeds(data: _PointMotions, min_points: int) -> list[IndexArray]:
     seeds = []
     _, neighbours = cKDTree(data.at).query(data.at, k=min_points)
     for members in np.asarray(neighbours):
-        spread = np.linalg.svd(data.at[members] - data.at[members].mean(axis=0), compute_uv=False)
-        if spread[1] > 0.05 * spread[0] and np.linalg.cond(data.normal[members].sum(axis=0)).max() < 1e10:
+        if _is_seed(data, members):
             seeds.append(members)
     if not seeds:
         fail("points", "no neighbourhood that spans a plane", "must have points off one line")
     return seeds
+
+
+def _explain_most(clusters: list[IndexArray], count: int) -> bool:
+    """Whether nearly all points belong to a cluster."""
+    return sum(map(len, clusters)) >= MIN_GROUPED_FRACTION * count
+
+
+def _consensus_seeds(data: _PointMotions, min_points: int) -> list[IndexArray]:
+    """Return the set of four points about each point that moves most as one: bodies may reach into each other."""
+    rng = np.random.default_rng(0)
+    _, neighbours = cKDTree(data.at).query(data.at, k=min(2 * min_points, len(data.at)))
+    seeds = []
+    for members in np.asarray(neighbours):
+        others = list(combinations(members[1:], 3))
+        drawn = rng.permutation(len(others))[:_DRAWN_SEEDS]
+        sets = [np.array([members[0], *others[k]]) for k in drawn]
+        misfit = [_misfit(data.selected(chosen), np.arange(4))[0].sum() if _is_seed(data, chosen) else np.inf
+                  for chosen in sets]
+        if np.isfinite(min(misfit)):
+            seeds.append(sets[int(np.argmin(misfit))])
+    return seeds
+
+
+def _is_seed(data: _PointMotions, members: IndexArray) -> bool:
+    """Whether points determine a rigid motion: they span a plane, and their directions all of it."""
+    spread = np.linalg.svd(data.at[members] - data.at[members].mean(axis=0), compute_uv=False)
+    return bool(spread[1] > 0.05 * spread[0] and np.linalg.cond(data.normal[members].sum(axis=0)).max() < 1e10)
 
 
 def _noise_factor(data: _PointMotions, seeds: list[IndexArray]) -> float:
@@ -198,7 +257,8 @@ def _clusters(data: _PointMotions, seeds: list[IndexArray], limit: FloatArray, m
     return clusters
 
 
-def _result(data: _PointMotions, clusters: list[IndexArray], limit: FloatArray, names: list[Point], count: int) -> Grouping:
+def _result(data: _PointMotions, clusters: list[IndexArray], limit: FloatArray, names: list[Point], count: int, *,
+            factor: float) -> Grouping:
     """Return the grouping, with doubts about points of several clusters or of none."""
     size = [float(np.sqrt((data.values[members] ** 2).mean())) for members in clusters]
     clusters = [clusters[i] for i in np.argsort(size)]
@@ -214,6 +274,10 @@ def _result(data: _PointMotions, clusters: list[IndexArray], limit: FloatArray, 
         doubts.append(Doubt(f"points {list(undecided)[:8]}", "move with more than one part", "decide by the drawing"))
     if left:
         doubts.append(Doubt(f"points {list(left)[:8]}", "move with no part: faulty channels or a bending component"))
+    if factor > MAX_NOISE_FACTOR:
+        doubts.append(Doubt("noise", f"neighbouring points scatter {np.sqrt(factor):.2g} times the stated noise about one "
+                            "rigid motion, and so much is allowed: parts that move apart may count as one",
+                            "group the points by hand, or give the noise that the shapes have", figure=float(factor)))
     if len(clusters) > 1 and count < 3:
         doubts.append(Doubt(f"{count} mode(s) only", "parts that move alike in them count as one"))
     if doubts:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,6 +14,10 @@ from toolpoint.spatial import transform as tf
 from toolpoint.vibration import Modes
 
 Point = str | int
+# Least standard deviation of a displacement, of the rms motion of its component in the mode, or of a thousandth of that in the
+# mode where it moves most: no test is better, and with less the normal equations of exact shapes are singular by rounding.
+MIN_NOISE_RATIO, MIN_MODE_SIZE_RATIO = 1e-6, 1e-3
+MIN_RIGID_SINGULAR_RATIO = 1e-3  # least over largest singular value of the displacements by the six motions
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,6 +67,12 @@ class Component(NotebookText):
     def motion(self) -> FloatArray:
         """Root-mean-square displacement of every column, shape (n_columns,)."""
         return np.sqrt((self.values**2).mean(axis=0))
+
+    @property
+    def min_variance(self) -> FloatArray:
+        """Least variance of the displacements of every column, shape (n_columns,)."""
+        motion = self.motion
+        return np.asarray((MIN_NOISE_RATIO * np.maximum(motion, MIN_MODE_SIZE_RATIO * motion.max(initial=0.0))) ** 2)
 
     def __repr__(self) -> str:
         return f"Component({self.name!r}, {len(self.points)} points, {len(self.rows)} displacements)"
@@ -118,7 +128,8 @@ def component(name: str, modes: Modes, points: Mapping[Point, ArrayLike], *, lab
         variance = np.concatenate([spread, spread], axis=1) if np.iscomplexobj(shape) else spread
         if (variance <= 0).any():
             fail("modes.shape_variance", "a value of zero", "must be above zero", remedy="leave it out if it is not known")
-    return Component(name, tuple(labels), positions, rows, places, ways, owner, columns(shape), variance)
+    part = Component(name, tuple(labels), positions, rows, places, ways, owner, columns(shape), variance)
+    return part if variance is None else replace(part, variance=np.maximum(variance, part.min_variance))
 
 
 def _check_points(name: str, labels: Sequence[Point], positions: FloatArray) -> None:
@@ -134,14 +145,21 @@ def _check_points(name: str, labels: Sequence[Point], positions: FloatArray) -> 
              remedy="a rotation about that line cannot be seen; add a point off the line")
 
 
+def determines_motion(ways: FloatArray, places: FloatArray, positions: FloatArray) -> bool:
+    """Whether displacements along `ways` (n_rows, 3) at `places` (n_rows, 3) determine all six rigid motions of points
+    (n_points, 3).
+    """
+    centre = positions.mean(axis=0)
+    size = np.sqrt(((positions - centre) ** 2).sum(axis=1).mean())
+    singular = np.linalg.svd(np.einsum("ni,nij->nj", ways, tf.point_velocity((places - centre) / size)), compute_uv=False)
+    return len(ways) >= 6 and bool(singular[-1] > MIN_RIGID_SINGULAR_RATIO * singular[0])
+
+
 def _check_rows(name: str, rows: FloatArray, ways: FloatArray, places: FloatArray, positions: FloatArray) -> None:
     """Refuse too few displacements, and directions that leave a motion undetermined."""
     if len(rows) < 7:
         fail(f"components[{name!r}]", f"{len(rows)} measured displacements", "must have at least 7",
              remedy="six tell the motion; only more can tell whether the component is rigid")
-    size = np.sqrt(((positions - positions.mean(axis=0)) ** 2).sum(axis=1).mean())
-    local = np.einsum("ni,nij->nj", ways, tf.point_velocity((places - positions.mean(axis=0)) / size))
-    singular = np.linalg.svd(local, compute_uv=False)
-    if singular[-1] <= 1e-3 * singular[0]:
+    if not determines_motion(ways, places, positions):
         fail(f"components[{name!r}]", "the measured directions leave a motion unseen", "must see all six",
              remedy="measure x, y and z at three points that are not on one line")

@@ -51,8 +51,8 @@ class _Normal:
     """Normal equations of twists (about the centre: `to_origin` leads to the origin) and offsets.
 
     weight : (n_rows, m); local : (n_rows, 6), offset_slopes : (n_rows, m, 3), slopes to twists and to offsets;
-    offset_covariance : (n, 3, 3), of a point's offset where the twists are known; coupling : (6 m, n, 3), of twists and offsets,
-    times it; information : (6 m, 6 m), of the twists once every point may shift.
+    offset_covariance : (n, 3, 3), of a point's offset where the twists are known; coupling : (6 m, n, 3), of twists and
+    offsets, times it; information : (6 m, 6 m), of the twists once every point may shift.
     """
 
     to_origin: FloatArray
@@ -93,17 +93,22 @@ def weigh_motions(part: Component, deviation: float, noise: float) -> MotionWeig
     deviation : standard deviation of each coordinate, m; noise : factor of the variance (of the first guess of it where none is
     stated).
     """
-    first = _FIRST_VARIANCE_FRACTION * rigid_motion(part).variance if part.variance is None else part.variance
-    variance = noise * first
+    first = _first_variance(part) if part.variance is None else part.variance
+    variance = np.maximum(noise * first, part.min_variance)
     twist = SmallMotion().twists(replace(part, variance=variance))
     normal = _normal(part, twist, variance, deviation=deviation)
     rigid, offset = _solve(normal, part.owner, normal.weight * part.values)
-    # A sum of squares: the product of what is left with the displacements is the same in exact numbers, and negative by rounding
-    # where the noise is that of rounding.
+    # A sum of squares: the product of what is left with the displacements is the same in exact numbers, and negative by
+    # rounding where the noise is that of rounding.
     left = float((normal.weight * (part.values - normal.displacements(part.owner, rigid, offset))**2).sum())
     left += float((offset**2).sum()) / max(deviation, _MIN_DEVIATION) ** 2
     freedom = part.values.size - 6 * part.values.shape[1] - _count_determined_offsets(normal, deviation)
     return MotionWeights(normal, part.owner, normal.local @ rigid.T, left / max(freedom, 1.0))
+
+
+def _first_variance(part: Component) -> FloatArray:
+    """Return the noise that is begun with where none is stated, (n_rows, m)."""
+    return np.maximum(_FIRST_VARIANCE_FRACTION * rigid_motion(part).variance, part.min_variance)
 
 
 def place_points(part: Component, deviation: float) -> PlacedComponent:
@@ -129,7 +134,7 @@ def _place_with_noise(part: Component, deviation: float) -> tuple[PlacedComponen
     """Return the placed component and the number of offsets that its motions determine."""
     # Begun with no more noise than is stated, or next to none: with what wrong places leave counted as noise, no motion would
     # outweigh the stated coordinates, and the points would stay there.
-    variance = _FIRST_VARIANCE_FRACTION * rigid_motion(part).variance if part.variance is None else part.variance
+    variance = _first_variance(part) if part.variance is None else part.variance
     offset = np.zeros_like(part.at)
     for _ in range(_MAX_VARIANCE_ROUNDS):
         offset, normal = _solve_offsets(part, variance, offset, deviation=deviation)

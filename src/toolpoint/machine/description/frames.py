@@ -2,17 +2,26 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 
-from toolpoint._check import FloatArray
+from toolpoint._check import FloatArray, frozen
 from toolpoint.machine.description.body import FrameDescription
 from toolpoint.spatial import rotation
 from toolpoint.spatial import transform as tf
 
+MAX_KEPT_FRAMES = 1000  # a machine is built anew at every move of a slider, and its frames stay
+
 
 def frame(description: FrameDescription) -> FloatArray:
-    """Return the transform (4, 4) of a described frame: zyx Euler angles, then the place."""
-    return tf.transform(rotation.from_euler("zyx", description.rotation), description.at)
+    """Return the transform (4, 4) of a described frame, read-only: zyx Euler angles, then the place."""
+    return _frame(tuple(description.at), tuple(description.rotation))
+
+
+@lru_cache(maxsize=MAX_KEPT_FRAMES)
+def _frame(place: tuple[float, ...], angles: tuple[float, ...]) -> FloatArray:
+    return frozen(tf.transform(rotation.from_euler("zyx", angles), place))
 
 
 def describe_frame(transform: FloatArray) -> FrameDescription:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -95,18 +96,19 @@ class Machine(NotebookText):
     @property
     def joint_columns(self) -> tuple[range, ...]:
         """Coordinates of every tree joint."""
-        return self._columns()[0]
+        return self._columns[0]
 
     @property
     def modal_columns(self) -> tuple[range, ...]:
         """Modal coordinates of every body."""
-        return self._columns()[1]
+        return self._columns[1]
 
-    @property
+    @cached_property
     def size(self) -> int:
         """Number of minimal coordinates of the tree (before loops are closed)."""
         return sum(len(j.freedoms) for j in self.joints) + sum(b.modal_count for b in self.bodies)
 
+    @cached_property
     def _columns(self) -> tuple[tuple[range, ...], tuple[range, ...]]:
         joint, modal, offset = [], [], 0
         for law, body in zip(self.joints, self.bodies, strict=True):
@@ -120,7 +122,7 @@ class Machine(NotebookText):
     def groups(self) -> np.ndarray:
         """Group of every coordinate along its path, nearer to the ground first; those of one joint or body share a number."""
         result = np.zeros(self.size, int)
-        for i, (joint, modal) in enumerate(zip(*self._columns(), strict=True)):
+        for i, (joint, modal) in enumerate(zip(*self._columns, strict=True)):
             result[list(joint)] = 8 * i
             result[list(modal)] = 8 * i + 7
             # Two passive rotations of a joint turn about one axis, then about another that the first has moved.
@@ -128,7 +130,7 @@ class Machine(NotebookText):
                 result[joint[self.joints[i].freedoms.index(way)]] = 8 * i + number + 1
         return result
 
-    @property
+    @cached_property
     def passive_turns(self) -> tuple[tuple[int, ...], ...]:
         """Passive rotations (3 .. 5) of every tree joint in their order, where they are two; else none."""
         result = []

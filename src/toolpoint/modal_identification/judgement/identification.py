@@ -117,6 +117,11 @@ class Identification(NotebookText):
                    decay=self.frf.decay)
 
     @property
+    def notes(self) -> tuple[str, ...]:
+        """Remarks of the responses that are no doubts: left out, corrected or assumed."""
+        return tuple(note for note in self.frf.notes if not isinstance(note, Doubt))
+
+    @property
     def real_modes(self) -> Modes:
         """The modes as real ones, of unit modal mass where the scale is known."""
         return real_modes(self.modes)
@@ -188,7 +193,8 @@ class Identification(NotebookText):
         if self.tool_motion is not None:
             result["tool_motion"] = self.tool_motion.to_dict()
         return result | {"fit": self.mode_quality.tolist(), "share": self.share.tolist(), "doubtful": self.doubtful.tolist(),
-                         "stands_out": [i in strongest for i in range(modes.count)], "status": self.status}
+                         "stands_out": [i in strongest for i in range(modes.count)], "status": self.status,
+                         "notes": list(self.notes)}
 
     def __repr__(self) -> str:
         return (f"Identification({self.modes!r} by {self.method}, fit {100 * self.fit:.4g} %, "

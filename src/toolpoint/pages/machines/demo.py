@@ -22,6 +22,10 @@ def workspace_page(result: WorkspaceStudy, *, source: str, file_name: str, warni
     """Return the page of a machine with maps of its frequencies and of its tool's stiffness over the workspace.
 
     source, file_name : text and name of the machine file.
+
+    Examples
+    --------
+    Runs in ``examples/map_a_machine_over_its_workspace.py``.
     """
     page = machine_page(result.report, source, file_name, problems=warnings)
     # The inputs are the last section of a machine page, and stay the last.

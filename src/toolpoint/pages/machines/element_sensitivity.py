@@ -17,7 +17,21 @@ _LISTED_ELEMENTS = 20  # of the table of the best elements of mode 1
 
 
 def element_page(study: ElementStudy, *, warnings: Sequence[str] = ()) -> Report:
-    """Return the page of a study."""
+    """Return the page of a study.
+
+    Examples
+    --------
+    >>> from toolpoint.machine import build
+    >>> from toolpoint.machine.description import BodyDescription, JointDescription, MachineDescription
+    >>> from toolpoint.machine.description.elastic import CastingBox, ElasticDescription, PatchDescription
+    >>> from toolpoint.studies import study_elements
+    >>> foot = PatchDescription((0.1, 0.05, 0), (1, 0, 0), (0, -1, 0), 0.2, 0.1)
+    >>> block = ElasticDescription((CastingBox((0, 0, 0), (0.2, 0.1, 0.1)),), {"foot": foot}, band=6000.0, mesh_size=0.1)
+    >>> joint = JointDescription("ground", "block", child_interface="foot")
+    >>> machine = build(MachineDescription("block", {"block": BodyDescription(elastic=block)}, {"bolts": joint}))
+    >>> element_page(study_elements(machine, modes=2)).title
+    'Elements of block'
+    """
     elements = sum(len(masses) for masses in study.element_masses.values())
     report = Report(f"Elements of {study.machine.name}", _answer(study), subtitle=f"{elements} elements of "
                     f"{', '.join(study.slopes)}, {study.meshes.linked.size} coordinates")

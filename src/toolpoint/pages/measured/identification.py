@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from toolpoint._check import FloatArray
+from toolpoint._doubt import doubts_among
 from toolpoint._rounding import with_uncertainty
 from toolpoint.modal_identification import Identification, Significance, cmif, mean_phase_deviation, mvmif, phase_collinearity
 from toolpoint.pages.measured.data_quality import with_phase_collinearity, with_quality_of_data
@@ -42,9 +43,12 @@ def identification_page(result: Identification, geometry: Geometry | None = None
     '2 modes, of which 2 stand out'
     """
     report = Report("Modal identification", answer(result), subtitle=", ".join(names))
-    report = report.with_doubts(*result.doubts, *warnings, *result.frf.notes)
+    report = report.with_doubts(*result.doubts, *warnings, *doubts_among(result.frf.notes))
     report = report.with_section("Modes", _table(result), Notes(mark_lines(result), "note", "What the marks say"),
                                  *([Notes(result.advice, "warning", "What to try next")] if result.advice else []))
+    if result.notes:
+        words = Notes(list(result.notes), "assumed", "What was left out, corrected or assumed")
+        report = report.with_section("Responses", words)
     if result.tool_motion is not None:
         report = report.with_section("Tool against table", result.tool_motion.status, _tool_motion(result.tool_motion))
     if geometry is not None:

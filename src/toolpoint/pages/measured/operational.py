@@ -16,7 +16,12 @@ NAMED_MODES = 5  # in the answer
 
 def operational_page(study: OperationalStudy, geometry: Geometry | None = None, names: Sequence[str] = (), *,
                      warnings: Sequence[str] = ()) -> Report:
-    """Return the page of an operational modal analysis of records with these names."""
+    """Return the page of an operational modal analysis of records with these names.
+
+    Examples
+    --------
+    Runs in ``examples/scale_modes_of_a_machine_at_work.py``.
+    """
     result = study.identification
     report = Report("Modes of the machine at work", answer(study), subtitle=", ".join(names))
     report = report.with_doubts(*study.doubts, *warnings)

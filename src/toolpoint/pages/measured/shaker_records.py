@@ -15,7 +15,19 @@ from toolpoint.studies.measured.shaker_study import SHAKER_HEADER, ShakerStudy
 
 
 def shaker_page(result: ShakerStudy, warnings: Sequence[str] = (), title: str = "Shaker test") -> Report:
-    """Return the page of a shaker test."""
+    """Return the page of a shaker test.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from toolpoint.signals import ShakerSettings
+    >>> from toolpoint.studies import study_shaker_records
+    >>> from toolpoint.vibration import Record
+    >>> force = np.random.default_rng(3).standard_normal((20000, 1))
+    >>> record = Record(np.hstack([force, 2e-6 * force]), 1000.0, ["1:+x", "1:+x"], ["force", "displacement"])
+    >>> shaker_page(study_shaker_records([record], ShakerSettings(2.0))).title
+    'Shaker test'
+    """
     report = Report(title, result.status)
     if result.doubts:
         report = report.with_section("Doubts", Notes(list(result.doubts), "warning", "Look at these first"))
@@ -27,7 +39,19 @@ def shaker_page(result: ShakerStudy, warnings: Sequence[str] = (), title: str = 
 
 
 def records_page(result: HammerStudy | ShakerStudy, warnings: Sequence[str] = (), title: str = "Test") -> Report:
-    """Return the page of a test by hammer or shaker."""
+    """Return the page of a test by hammer or shaker.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from toolpoint.signals import ShakerSettings
+    >>> from toolpoint.studies import study_shaker_records
+    >>> from toolpoint.vibration import Record
+    >>> force = np.random.default_rng(3).standard_normal((20000, 1))
+    >>> record = Record(np.hstack([force, 2e-6 * force]), 1000.0, ["1:+x", "1:+x"], ["force", "displacement"])
+    >>> records_page(study_shaker_records([record], ShakerSettings(2.0))).title
+    'Test'
+    """
     if isinstance(result, ShakerStudy):
         return shaker_page(result, warnings, title)
     return hammer_page(result, warnings, title)

@@ -64,7 +64,8 @@ def _limits(goals: Mapping[str, Any]) -> Table:
     for name, goal in goals.items():
         lower, upper = goal["interval_m"]
         search_end = f"above {1e3 * goal['depth_max_m']:.3g}"
-        ends = f"{1e3 * lower:.3g} .. " + (search_end if upper is None else f"{1e3 * upper:.3g}")
+        ends = search_end if lower is None else (
+            f"{1e3 * lower:.3g} .. " + (search_end if upper is None else f"{1e3 * upper:.3g}"))
         limit = search_end if goal["limit_m"] is None else f"{1e3 * goal['limit_m']:.3g}"
         chatter = "" if goal["chatter_frequency_hz"] is None else f"{goal['chatter_frequency_hz']:.4g}"
         rows.append([name, goal["cut"], f"{goal['speed_rpm']:.5g}", f"{1e3 * goal['depth_m']:.3g}", limit, ends,

@@ -14,7 +14,12 @@ _DRAWN_SEGMENTS = 3  # segments drawn in the map, the most even first
 
 
 def place_page(result: PlaceMap, search: RegionSearch | None, name: str) -> Report:
-    """Return the page of a map over places, with the most even segments where they were searched for."""
+    """Return the page of a map over places, with the most even segments where they were searched for.
+
+    Examples
+    --------
+    Runs in ``examples/map_where_a_robot_is_even.py``.
+    """
     quantity = result.quantity
     report = Report(f"{quantity.kind.capitalize()} over places: {name}", _answer(result, search),
                     subtitle=f"{np.prod(result.grid.shape)} places along {', '.join(result.grid.names)}")

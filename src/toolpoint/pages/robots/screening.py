@@ -10,22 +10,28 @@ from toolpoint._rounding import with_uncertainty
 from toolpoint.pages.remarks import with_remarks
 from toolpoint.plot import Chart, Notes, Report, Table
 from toolpoint.plot.figures.machines.screening import effect_bars, variant_scatter
-from toolpoint.studies.screening.metrics import unit_of
+from toolpoint.studies.screening.metrics import shown_name, shown_unit
 from toolpoint.studies.screening.planned import PlannedScreening
 
 _MAX_TABLE_VARIANTS = 60  # variants in the table
 
 
 def screening_page(result: PlannedScreening, name: str, warnings: Sequence[str] = ()) -> Report:
-    """Return the page of a planned screening."""
+    """Return the page of a planned screening.
+
+    Examples
+    --------
+    Runs in ``examples/screen_a_plan_of_changes.py``.
+    """
     screening = result.screening
     report = Report(f"Screening: {name}", _answer(result), subtitle=f"Loads: {screening.loads}")
     labels = [screening.design.words(i) for i in range(len(screening.stated))]
     has_base = bool(screening.design.labels) and screening.design.labels[0] == "as it is"
+    factors = np.array([shown_unit(metric)[1] for metric in screening.metrics])
     if len(screening.metrics) > 1:
-        names = [f"{m}, {unit_of(m)}" for m in screening.metrics[:2]]
+        names = [shown_name(metric) for metric in screening.metrics[:2]]
         report = report.with_section("Variants", Chart(variant_scatter(
-            screening.stated[:, 0], screening.stated[:, 1], labels=labels, names=(names[0], names[1]),
+            factors[0] * screening.stated[:, 0], factors[1] * screening.stated[:, 1], labels=labels, names=(names[0], names[1]),
             base=0 if has_base else None)))
     for ranking in result.rankings:
         effects = ranking.effects
@@ -34,9 +40,10 @@ def screening_page(result: PlannedScreening, name: str, warnings: Sequence[str] 
         chart = effect_bars([e.name for e in effects], effects_found, lower_ends, upper_ends=upper_ends, title=ranking.what)
         doubt = [Notes([ranking.doubt], "warning", "How sure")] if ranking.doubt else []
         report = report.with_section(ranking.metric.capitalize(), Chart(chart), *doubt)
-    rows = [[i, label, *map(float, row)] for i,
+    rows = [[i, label, *map(float, factors * row)] for i,
             (label, row) in enumerate(zip(labels[:_MAX_TABLE_VARIANTS], screening.stated, strict=False))]
-    report = report.with_section("All variants", Table(["number", "variant", *screening.metrics], rows, digits=6))
+    report = report.with_section("All variants", Table(["number", "variant", *map(shown_name, screening.metrics)], rows,
+                                                       digits=6))
     drawn = "Effects are those of the file's numbers, with its doubts drawn at random where it states any."
     return with_remarks(report, [*result.remarks, screening.status, drawn], [*screening.failures.values(), *warnings])
 

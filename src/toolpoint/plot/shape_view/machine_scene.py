@@ -29,12 +29,12 @@ def machine_shapes(machine: Machine, pose: Pose | None = None, modes: int = 6) -
         part, moved = _draw_body(shapes, link)
         parts.append(part)
         displacements.append(moved)
-    size = 0.015 * Scene.joined(parts).size
-    for name, point in machine.description.points.items():
-        mark = Scene.of_boxes([Box(POINTS, shapes.place.position(point)[0], (size,) * 3)])
-        parts.append(mark)
-        moved = shapes.place.point_jacobian(name)[0, :3] @ shapes.vectors
-        displacements.append(np.broadcast_to(moved, (len(mark.nodes), *moved.shape)))
+    points = machine.description.points
+    if points:
+        size = 0.015 * Scene.joined(parts).size
+        parts.append(Scene.of_boxes([Box(POINTS, shapes.place.position(point)[0], (size,) * 3) for point in points.values()]))
+        moved = np.stack([shapes.place.point_jacobian(name)[0, :3] @ shapes.vectors for name in points])
+        displacements.append(np.repeat(moved, len(parts[-1].nodes) // len(points), axis=0))
     displacement = np.moveaxis(np.concatenate(displacements), -1, 0)
     return Scene.joined(parts), AnimatedShapes(shapes.frequency, shapes.damping_ratio, displacement.astype(complex))
 

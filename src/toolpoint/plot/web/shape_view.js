@@ -204,7 +204,8 @@
 
     // While a slow machine plays below 30 frames/s it goes without smoothing (1), then without the undeformed outline (2)
     // and the edges (3) of large meshes, then with fewer faces at a lower resolution, in a frame without round corners, which a
-    // browser cuts out of every picture (4). A still picture always has all.
+    // browser cuts out of every picture (4). A still picture always has all, but while `isHeld`: a slider that is on its way draws
+    // one after the other without smoothing.
     paced(step) {
       if (step > 500) return;
       this.pace += 0.12 * (step - this.pace);
@@ -245,7 +246,7 @@
       const ratio = Math.min(devicePixelRatio || 1, 2) * (this.playing && !this.isPrinted && this.level > 3 ? 0.7 : 1);
       const w = Math.round(this.canvas.clientWidth * ratio), h = Math.round(this.canvas.clientHeight * ratio);
       if (this.canvas.width !== w || this.canvas.height !== h) { this.canvas.width = w; this.canvas.height = h; }
-      const isPaper = this.isPrinted || matchMedia("print").matches, level = this.playing && !isPaper ? this.level : 0;
+      const isPaper = this.isPrinted || matchMedia("print").matches, level = isPaper ? 0 : this.playing ? this.level : this.isHeld ? 1 : 0;
       const dark = matchMedia("(prefers-color-scheme: dark)").matches && !isPaper;
       this.simplify(level > 3);
       this.renderer.draw({ ...this.matrices(), phase: this.phase, scales: this.panes.map((_, k) => this.scale(k)),

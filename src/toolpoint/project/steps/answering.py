@@ -150,8 +150,9 @@ def _numbers(limits: DrawnLimits, weights: FloatArray) -> dict[str, Any]:
 
 def _limit_words(data: Mapping[str, Any]) -> str:
     lower, upper = data["interval_m"]
-    ends = f"{1e3 * lower:.3g} .. " + (f"{1e3 * upper:.3g} mm" if np.isfinite(upper) else
-                                       f"more than {1e3 * data['depth_max_m']:.3g} mm")
+    above = f"above {1e3 * data['depth_max_m']:.3g} mm"
+    ends = above if not np.isfinite(lower) else f"{1e3 * lower:.3g} .. " + (
+        f"{1e3 * upper:.3g} mm" if np.isfinite(upper) else f"more than {1e3 * data['depth_max_m']:.3g} mm")
     limit = f"{1e3 * data['limit_m']:.3g} mm" if np.isfinite(data["limit_m"]) else f"above {1e3 * data['depth_max_m']:.3g} mm"
     return (f"{1e3 * data['depth_m']:.3g} mm at {data['speed_rpm']:.5g} rev/min is stable with a probability of "
             f"{100 * data['stable_probability']:.0f} %; the limit there is {limit}, 95 % interval {ends}"

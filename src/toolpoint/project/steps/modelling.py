@@ -113,5 +113,5 @@ def follow_circle(folder: Path, servo: Path, *, radius: float, feed: float, devi
     doubt = Doubt("contour", "the numbers of the servo file have no stated uncertainty, so this deviation has no interval",
                   "measure a circle on the machine and compare it (toolpoint servo-data)")
     relation = "within" if largest <= deviation else "beyond"
-    return StepOutcome(f"radial deviation {1e6 * largest:.3g} um, {relation} the goal of {1e6 * deviation:.3g} um",
+    return StepOutcome(f"radial deviation {1e6 * largest:.3g} µm, {relation} the goal of {1e6 * deviation:.3g} µm",
                        (*result.doubts, doubt))

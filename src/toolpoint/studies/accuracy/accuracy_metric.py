@@ -26,7 +26,7 @@ class AccuracyMetric:
     --------
     >>> from toolpoint.studies.accuracy.tool_paths import square
     >>> AccuracyMetric(square(0.1), MillingSetup(speed=6000.0, depth=2e-3)).loads
-    'the cut, the chip as `chip` of the cut says'
+    "the cut, the chip as the cut's own entry says"
     """
 
     sides: tuple[PathSide, ...]

@@ -118,6 +118,16 @@ def servos_of(drives: DriveDescription, machine: Machine) -> dict[str, JointServ
     the machine's own.
 
     Raises ToolpointError where no axis is common, or one has no inertia, or a reducer drives a linear axis.
+
+    Examples
+    --------
+    >>> from importlib import resources
+    >>> from toolpoint.io import read_drives, read_machine
+    >>> folder = resources.files("toolpoint.app") / "machines"
+    >>> machine = read_machine(folder / "three_axis_vertical_drives.yaml")
+    >>> servos = servos_of(read_drives(folder / "three_axis_vertical_servo_on_structure.yaml"), machine)
+    >>> sorted(servos)
+    ['X', 'Y']
     """
     axes = machine.description.axes
     names = [name for name in drives.axes if name in axes]

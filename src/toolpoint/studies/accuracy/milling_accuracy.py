@@ -88,6 +88,11 @@ class MillingAccuracy(NotebookText):
                 f"smaller "
                 "`spacing`, then more `steps`")
 
+    @property
+    def title(self) -> str:
+        """Machine and cut in words."""
+        return f"Accuracy of {self.machine} at {self.setup.speed:g} rev/min, {1e3 * self.setup.depth:g} mm deep"
+
     def table(self) -> str:
         """Return the means of every side as text."""
         from toolpoint.studies.text_table import text_table
@@ -97,7 +102,7 @@ class MillingAccuracy(NotebookText):
                  " ".join(f"{1e6 * v:.3g}" for v in side.error.std(axis=0)),
                  f"{100 * side.halving:.2g} %"] for side in self.sides]
         header = ["side", "position µm", "rotation µrad", "mean µm, taken out", "rms x y z µm, rotations µrad", "halving"]
-        return "\n".join([*mark_notes(self.doubts), text_table(repr(self), header, rows), f"loads: {self.loads}", self.numerics,
+        return "\n".join([*mark_notes(self.doubts), text_table(self.title, header, rows), f"loads: {self.loads}", self.numerics,
                           *self.base_lines(), *(note for note in self.notes if not isinstance(note, Doubt))])
 
     @property
@@ -138,7 +143,8 @@ def _ends(values: FloatArray) -> list[list[float]] | None:
 def load_words(loads: tuple[str, ...], regenerative: bool = False, chip: str = "") -> str:
     """Return the loads for which an error holds, in words."""
     words = {"cutting": "the cut", "gravity": "gravity's changing sag", "path": "inertia of the path"}
-    chips = {"": "the chip as `chip` of the cut says", "path": "the chip as the path gives it", "constant": "the chip constant"}
+    chips = {"": "the chip as the cut's own entry says", "path": "the chip as the path gives it",
+             "constant": "the chip constant"}
     what = " + ".join(words[name] for name in words if name in loads)
     return f"{what}, {chips[chip]}" + (", with regenerative feedback" if regenerative else "")
 

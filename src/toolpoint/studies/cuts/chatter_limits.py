@@ -152,9 +152,9 @@ class ChatterMap(NotebookText):
 
     def table(self) -> str:
         """Return the least depth of every feed direction, the worst place, and the failures, as text."""
-        title, worst_cut = f"Depth that is stable at every charted speed, {repr(self)[11:-1]}", self.worst()
-        return "\n".join([text_table(title, HEADER, self.rows()), *(f"failed: {text}" for text in self.failed()),
-                          *mark_notes(self.doubts), f"Worst: {worst_cut}",
+        title, worst_cut = f"Depth that is stable at every charted speed: {self._size}", self.worst()
+        return "\n".join([*mark_notes(self.doubts), text_table(title, HEADER, self.rows()),
+                          *(f"failed: {text}" for text in self.failed()), f"Worst: {worst_cut}",
                           *([self.spread.words(worst_cut.depth, worst_cut.error)] if self.spread is not None else [])])
 
     def to_dict(self) -> dict[str, Any]:
@@ -174,10 +174,15 @@ class ChatterMap(NotebookText):
                 "limit_error_m": None if self.error is None else _finite(self.error), "doubts": list(self.doubts),
                 "failures": self.failed(), "notes": list(self.notes)}
 
-    def __repr__(self) -> str:
+    @property
+    def _size(self) -> str:
+        """Numbers of poses, feed directions and speeds in words."""
         places = " x ".join(f"{name} {len(v)}" for name, v in self.axes.items()) if self.axes else f"{len(self.poses)} poses"
-        return (f"ChatterMap({places}, {self.feed_angles.size} feed directions, {self.speeds.size} speeds, "
-                f"{len(self.failures)} failed)")
+        directions = f"{self.feed_angles.size} feed direction{'s' if self.feed_angles.size > 1 else ''}"
+        return f"{places}, {directions}, {self.speeds.size} speeds, {len(self.failures)} failed"
+
+    def __repr__(self) -> str:
+        return f"ChatterMap({self._size})"
 
 
 def _finite(values: FloatArray) -> Any:

@@ -74,6 +74,10 @@ def study_responses(frf: Frf, cut: CuttingDescription | None = None, band: tuple
     Where only one direction was measured, the response along y is that along x.
 
     cut : an example's where left out, which a note says; band : Hz, see `tool_dynamics.take_band`.
+
+    Examples
+    --------
+    Runs in ``examples/study_one_measured_response.py``.
     """
     frf = take_band(along_positive_axes(frf), band)
     notes = list(frf.notes)

@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from toolpoint._doubt import Doubt
-from toolpoint.signals.driving_doubts import question_driving_point, select_lines
+from toolpoint.signals.driving_doubts import question_driving_point, question_shared_delay, select_lines
 from toolpoint.signals.passivity import BandLines, active_matrix_share, find_peaks, look_outside
 from toolpoint.vibration import Dof, Frf, Modes
 from toolpoint.vibration.frequency_response import modal
@@ -86,7 +86,9 @@ def question_directions(ways: Mapping[str, Frf]) -> list[Doubt]:
                       f"{ways['y'].outputs[0]}: x and y are exchanged", "change the files over, or correct the labels",
                       grave=True)]
     # a file without labels counts as measured along x: one label alone decides nothing
-    return _question_gains(ways)
+    plane = {way: frf for way, frf in ways.items() if way in "xy"}
+    is_late = any(question_driving_point(frf) for frf in plane.values())
+    return _question_gains(ways) or ([] if is_late else question_shared_delay(plane))
 
 
 def _question_gains(ways: Mapping[str, Frf]) -> list[Doubt]:
@@ -123,8 +125,8 @@ def gain_notes(frf: Frf) -> list[str]:
         if others:
             # Two digits: it is a tenth off that of the modes, which stands beside it in the result of `tap`.
             would_be = " or ".join(f"{value / 1e6:.2g}" for value in others)
-            notes.append(f"{dof}: static stiffness {stiffness / 1e6:.2g} N/um by what its lines lose; were g taken for m/s^2 "
-                         f"it would be {would_be} N/um, which tips have too, and limits 9.81 "
+            notes.append(f"{dof}: static stiffness {stiffness / 1e6:.2g} N/µm by what its lines lose; were g taken for m/s^2 "
+                         f"it would be {would_be} N/µm, which tips have too, and limits 9.81 "
                          "times off: this response alone does not tell; a known mass that is struck does")
     return notes
 
@@ -136,7 +138,8 @@ def _first_omega(frf: Frf) -> float:
 def _static_stiffness(lines: BandLines) -> float:
     """Return the static stiffness, N/m, by what is lost at all lines and what stays outside of them."""
     outside = look_outside(lines)
-    loss = np.maximum(-lines.receptance.imag, 0.0)
+    # Lines below the noise lose nothing that is known: at the lowest ones the receptance of noise grows as 1/frequency^2.
+    loss = np.maximum(-lines.receptance.imag, 0.0) * lines.is_loud
     inside = 2 / np.pi * float(np.trapezoid(loss / lines.omega, lines.omega))
     return 1 / max(inside + max(outside.above, 0.0) + max(outside.below, 0.0), 1e-300)
 
@@ -147,7 +150,7 @@ def _question_stiffness(name: str, lines: BandLines) -> list[Doubt]:
     stiffness = _static_stiffness(lines)
     remedy = "check the sensitivities and their units (mV/N, mV/g, mV/(m/s^2)), and `quantity`"
     if not TIP_STIFFNESS_RANGE[0] < stiffness < TIP_STIFFNESS_RANGE[1]:
-        return [Doubt(name, f"its static stiffness is {stiffness / 1e6:.3g} N/um, which no tip of a tool has", remedy,
+        return [Doubt(name, f"its static stiffness is {stiffness / 1e6:.3g} N/µm, which no tip of a tool has", remedy,
                       grave=True)]
     if peaks:
         peak = peaks[0]
@@ -179,7 +182,7 @@ def _question_band(name: str, lines: BandLines, first_line: float) -> list[Doubt
 
 
 def _outside_doubt(name: str, where: str, softness: float, figure: float, remedy: str) -> Doubt:
-    return Doubt(name, f"what vibrates {where} is as soft as {softness * 1e6:.2g} um/N or softer: it may chatter before any "
+    return Doubt(name, f"what vibrates {where} is as soft as {softness * 1e6:.2g} µm/N or softer: it may chatter before any "
                  "mode that was seen", remedy, figure=figure, grave=True)
 
 

@@ -15,7 +15,7 @@ from toolpoint.machine import Machine
 from toolpoint.signals.usable_band import usable_band
 from toolpoint.studies.cuts.tip_doubts import gain_notes, question_directions, question_mixes, question_modes, question_tip
 from toolpoint.studies.cuts.tool_directions import along_positive_axes, check_driving_points, tool_directions
-from toolpoint.studies.machines.tool_point import condense_unreliable, speed_dynamics, tool_point
+from toolpoint.studies.machines.tool_point import STUDY_LINES, condense_unreliable, speed_dynamics, tool_point
 from toolpoint.studies.machines.tool_seat import question_tool_seat
 from toolpoint.vibration import Dof, Frf, Modes
 
@@ -72,7 +72,7 @@ def machine_dynamics(machine: Machine, pose: Mapping[str, float] | None = None, 
     >>> dynamics.x, dynamics.y
     ('tip:+x', 'tip:+y')
     """
-    study = tool_point(machine, [dict(pose or {})])
+    study = tool_point(machine, [dict(pose or {})], STUDY_LINES)
     across = f"{study.point}:+y" if y is None else None if y == "rigid" else y
     at_speeds = speed_dynamics(machine, pose)
     notes = () if at_speeds is None else ("bodies spin: every spindle speed has modes of its own",)

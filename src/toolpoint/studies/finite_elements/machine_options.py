@@ -25,9 +25,9 @@ from toolpoint.studies.finite_elements.tuned_damper import TunedDamper, tune_dam
 from toolpoint.studies.finite_elements.whole_machine import FiniteElementMachine
 from toolpoint.vibration import Frf, Modes
 
-# Columns of `option_rows`; a column ending in x is a ratio to the machine as it is.
-HEADER = ("option", "kg", "f1 Hz", "f2 Hz", "f3 Hz", "f1 mHz/kg", "peak x", "least depth mm", "x", "mean depth x",
-          "chatter Hz")
+# Columns of `option_rows`; ratios are to the machine as it is.
+HEADER = ("option", "kg", "mode 1 Hz", "mode 2 Hz", "mode 3 Hz", "mode 1 mHz/kg", "peak, ratio", "least depth mm",
+          "least depth, ratio", "mean depth, ratio", "chatter Hz")
 
 
 @dataclass(frozen=True, eq=False)

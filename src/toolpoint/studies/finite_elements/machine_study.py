@@ -144,11 +144,11 @@ class FiniteElementStudy(NotebookText):
         parts = [text_table(f"{self.machine.size} coordinates, {self.mass:.0f} kg",
                             ["mode", "Hz", "finer mesh %", "strain energy in"], self.mode_rows())]
         if self.correlation is not None:
-            parts.append(self.correlation.table())
+            parts += self.correlation.result_lines()
         parts += [self.whole_sensitivity.table(), self.part_sensitivity.table(),
                   text_table("What helps the cut, against the machine as it is", HEADER,
                              option_rows(self.base, self.every_option)), *damper_lines(self.dampers)]
-        return "\n".join([*parts, *mark_notes(self.doubts)])
+        return "\n".join([*mark_notes(self.doubts), *parts, *mark_notes(self.notes, "note: ")])
 
     def to_dict(self) -> dict[str, Any]:
         """Return all of it as plain data."""

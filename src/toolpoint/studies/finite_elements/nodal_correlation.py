@@ -10,7 +10,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from toolpoint._check import Array, FloatArray
-from toolpoint._doubt import Doubt, mark_notes
+from toolpoint._doubt import Doubt, with_notes
 from toolpoint._notebook import NotebookText
 from toolpoint.spatial import transform as tf
 from toolpoint.studies.finite_elements.hammer_test import FiniteElementTest, reachable_nodes
@@ -77,7 +77,11 @@ class FiniteElementCorrelation(NotebookText):
         return lines
 
     def table(self) -> str:
-        """Return pairs, coefficients, mixes and the points that cost most as text."""
+        """Return doubts, pairs, coefficients, mixes and the points that cost most as text."""
+        return "\n".join(with_notes(self.result_lines(), self.doubts))
+
+    def result_lines(self) -> list[str]:
+        """Return the lines of `table` without the doubts."""
         c = self.correlation.coefficients
         lines = [f"{len(self.correlation.points.pairs)} points: {self.correlation.points.status}",
                  text_table("Test beside model", HEADER, self.rows()), *self.mixed_modes()]
@@ -87,7 +91,7 @@ class FiniteElementCorrelation(NotebookText):
                          f"total {c.total:.4f}")
         lines += [f"without {name} the MAC of pair {pair + 1} rises by {gain:.3f}" for name, pair, gain in self.worst_points(3)
                   if gain > 1e-3]
-        return "\n".join([*lines, *mark_notes(self.doubts)])
+        return lines
 
     def to_dict(self) -> dict[str, Any]:
         """Return the numbers as plain data."""

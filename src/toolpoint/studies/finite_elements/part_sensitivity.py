@@ -64,10 +64,10 @@ class PartSensitivity(NotebookText):
 
     def table(self) -> str:
         """Return as text: sensitivities by part, the effect of a kilogram of wall on mode 1, and what moves the least MAC."""
-        title = f"{self.name}: relative change of a frequency per relative change of E, of density"
+        title = f"{self.name.capitalize()}: per cent of a mode's frequency for a per cent of modulus E, of density"
         text = text_table(title, HEADER, self.rows())
         gram = "; ".join(f"{part} {gain_max:+.3g} .. {gain_min:+.3g}" for part, gain_max, gain_min in self.best_grams())
-        text += f"\nHz of mode 1 for a kilogram of wall, best and worst element: {gram}"
+        text += f"\nA kilogram more of wall moves mode 1 by, in the best and the worst element, Hz: {gram}"
         if self.mac is not None and len(self.mac.values):
             k = int(np.argmin(self.mac.values))
             text += f"\n{self.mac.names[k]} {self.mac.values[k]:.3f}: raised most by {', '.join(self.mac_levers(k))}"
@@ -98,7 +98,8 @@ class PartSensitivity(NotebookText):
         return f"PartSensitivity({self.name}, {self.pairs.count} modes, {elements} elements)"
 
 
-HEADER = ("part", "E, f1", "E, f2", "E, f3", "density, f1", "density, f2", "density, f3", "elements of 80 %", "their mass")
+HEADER = ("part", "E, mode 1", "E, mode 2", "E, mode 3", "density, mode 1", "density, mode 2", "density, mode 3",
+          "elements with 80 %", "their mass")
 
 
 def study_sensitivity(name: str, machine: FiniteElementMachine, pairs: EigenPairs, *, dof: Dof, mode_count: int = 10,

@@ -30,6 +30,8 @@ MIN_PASSING_EXCESS = 25.0  # of a tooth passing over the floor
 MIN_PASSINGS = 2
 MIN_COMB_SCORE = 6.0  # standard deviations of chance: of a comb that tells the speed by itself
 MIN_SHARPENING = 0.5  # of the comb's score, standard deviations of chance
+MIN_TELLING_BANDS = 4  # side bands a tooth passing apart, which tell the speed as well
+MIN_HARMONICS = 2  # tooth passings that stand out
 SKIRT_CELLS = (1.8, 3.0)  # resolution cells from an order: where a line too near to it to be told would show
 
 
@@ -72,6 +74,13 @@ class Evidence:
     def family(self) -> Family | None:
         """The most powerful family."""
         return self.families[0] if self.families else None
+
+    @property
+    def tells_speed(self) -> bool:
+        """Whether tooth passings that stand out, or enough side bands a tooth passing apart, tell the spindle speed."""
+        family = self.family
+        by_bands = family is not None and family.tooth_members - family.tooth_chance >= MIN_TELLING_BANDS
+        return self.speed.harmonics >= MIN_HARMONICS or by_bands
 
     @property
     def ratio(self) -> float:

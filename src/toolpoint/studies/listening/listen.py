@@ -20,6 +20,8 @@ from toolpoint.studies.listening.probability import MAX_BROADBAND_RATIO, chatter
 from toolpoint.studies.listening.recording_doubts import question_flip, question_recording, question_teeth
 from toolpoint.vibration import Modes, Record
 
+PRIOR_PROBABILITY = 0.5  # of chatter before the record: either is taken as equally likely
+NO_CUT_REASON = "no tooth passing stands out of the noise: no cut is heard; record nearer to it"
 DECIDED_PROBABILITY = 0.9  # of chatter, or of none: less certain is "cannot tell"
 MAX_JUDGED_CLIPPING = 0.05  # of the samples: beyond, lines of clipping are as strong as those of chatter
 RIVAL_SCORE_MARGIN, MAX_RIVALS = 0.15, 3  # of the score of a searched speed; rivals whose verdict is asked
@@ -94,6 +96,8 @@ def listen(record: Record, teeth: int, speed: float | None = None, *, channel: i
         probability = temper_searched(probability)
     kind = name_chatter(evidence)
     verdict, reason = _decide(evidence, probability, kind)
+    if reason == NO_CUT_REASON:  # where no cut is heard the record says nothing: what was likely before it remains
+        probability = PRIOR_PROBABILITY
     if speed is None and (other := _contradict(record, column, teeth, evidence, probability)) is not None:
         verdict, reason = CANNOT_TELL, (f"the sound fits {evidence.speed.speed:.0f} and {other:.0f} rev/min, and one of them "
                                         "means chatter, the other none; give `speed`")
@@ -164,7 +168,7 @@ def _decide(evidence: Evidence, probability: float, kind: VibrationKind) -> tupl
                                  f"{evidence.duration:.2g} s can tell; {longer}")
         return CANNOT_TELL, f"lines off the orders are neither strong nor weak ({_decibels(evidence.ratio)}); {longer}"
     if evidence.speed.harmonics == 0:
-        return CANNOT_TELL, "no tooth passing stands out of the noise: no cut is heard; record nearer to it"
+        return CANNOT_TELL, NO_CUT_REASON
     if family is None:
         return NO_CHATTER, "all lines of the cut are spindle orders"
     return NO_CHATTER, f"lines that are no spindle orders stay {_decibels(evidence.ratio)} against the orders"

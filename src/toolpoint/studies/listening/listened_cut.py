@@ -66,6 +66,13 @@ class ListenedCut(NotebookText):
         return None if self.verdict == CANNOT_TELL else self.verdict == CHATTER
 
     @property
+    def chatter_words(self) -> str | None:
+        """Chatter frequency in Hz with the digits that its interval leaves, None where there is none."""
+        if self.line is None or self.verdict != CHATTER:
+            return None
+        return with_uncertainty(self.line.frequency, self.line.half_width, "").split()[0]
+
+    @property
     def onset_time(self) -> float | None:
         """Time of the onset from the beginning of the record, s; None where chatter is there from the start of the cut."""
         if self.onset is None or self.onset.time is None:
@@ -85,6 +92,8 @@ class ListenedCut(NotebookText):
             forced = f"; {self.kind.name}: {self.kind.reason}" if self.kind.name else ""
             return f"No chatter {speed} (probability of chatter {self.probability_words}): {self.reason}{forced}."
         if self.verdict == CANNOT_TELL:
+            if not self.evidence.tells_speed:
+                return f"Cannot tell whether the cut chatters, nor at which speed it runs: {self.reason}."
             return (f"Cannot tell whether the cut chatters {speed} (probability of chatter {self.probability_words}): "
                     f"{self.reason}.")
         place = "" if self.line is None else f" at {with_uncertainty(self.line.frequency, self.line.half_width, 'Hz')}"
@@ -123,11 +132,22 @@ class ListenedCut(NotebookText):
                          f"{self.onset_time:.2f} ± {self.onset.uncertainty:.2f} s"))
             if not np.isnan(self.onset.growth):
                 rows.append(("growth of the amplitude", f"{self.onset.growth:.3g} 1/s"))
-        half_width = 1.96 * float(np.hypot(60 * e.speed.deviation, RECORDER_CLOCK_DEVIATION * e.speed.speed))
-        return [*rows, ("spindle speed", with_uncertainty(e.speed.speed, half_width, "rev/min")),
-                ("tooth passing", f"{e.tooth:.2f} Hz"), ("length of the cut", f"{e.duration:.2f} s"),
+        half_width = self.speed_half_width
+        speed = f"not heard; {e.speed.speed:.0f} rev/min fits best" if half_width is None else (
+            with_uncertainty(e.speed.speed, half_width, "rev/min"))
+        passing = [("tooth passing", f"{e.tooth:.2f} Hz")] if e.tells_speed else []
+        return [*rows, ("spindle speed", speed), *passing, ("length of the cut", f"{e.duration:.2f} s"),
                 ("resolution", f"{e.spectrum.cell:.2f} Hz"),
-                ("frequencies nearer to an order", f"{100 * e.lines.hidden:.1f} %")]
+                ("hidden by spindle orders", f"{100 * e.lines.hidden:.1f} % of the frequencies")]
+
+    @property
+    def speed_half_width(self) -> float | None:
+        """Half width of the 95 % interval of the spindle speed, rev/min, with the clock of the recorder; None where no tooth
+        passing stands out, so that the record does not tell the speed."""
+        speed = self.evidence.speed
+        if not self.evidence.tells_speed:
+            return None
+        return 1.96 * float(np.hypot(60 * speed.deviation, RECORDER_CLOCK_DEVIATION * speed.speed))
 
     def line_rows(self) -> list[list[str]]:
         """Return rows (Hz, spindle order, dB against the strongest, what it is) of the strongest lines."""
@@ -169,6 +189,6 @@ class ListenedCut(NotebookText):
                 "growth_per_s": None if onset is None or np.isnan(onset.growth) else onset.growth,
                 "speeds": [{"speed_rpm": s.speed, "lower_rpm": s.lower, "upper_rpm": s.upper, "lobe": s.lobe}
                            for s in self.speeds],
-                "speed_rpm": self.evidence.speed.speed, "speed_half_width_rpm": 1.96 * 60 * self.evidence.speed.deviation,
+                "speed_rpm": self.evidence.speed.speed, "speed_half_width_rpm": self.speed_half_width,
                 "resolution_hz": self.evidence.spectrum.cell, "hidden_fraction": self.evidence.lines.hidden,
                 "notes": list(self.notes)}

@@ -11,8 +11,6 @@ MAX_HIDDEN_FRACTION = 0.1  # of the frequencies, nearer to an order than can be 
 MAX_SKIRT = 0.3  # of the power of the orders, beside them: the speed wanders, or chatter hides there
 MIN_TOOTH_FRACTION = 0.3  # of the power of all orders, at tooth passings
 MIN_HALF_TOOTH_FRACTION = 0.1  # of the power of all orders, at half tooth passings of two teeth
-MIN_TELLING_BANDS = 4  # side bands a tooth passing apart, which tell the speed as well
-MIN_HARMONICS = 2  # tooth passings that stand out
 RIVAL_MARGIN = 0.1  # of the score of a searched speed: a rival within it is as likely
 
 
@@ -33,9 +31,7 @@ def question_recording(evidence: Evidence, speed_given: bool) -> list[Doubt]:
         doubts.append(Doubt("spindle speed", f"lines beside the orders hold {100 * evidence.skirt:.0f} % of the orders' power: "
                             "the speed wanders more than is tracked, or chatter lies nearer to an order than can be told",
                             "record longer at a steady speed", figure=evidence.skirt))
-    family = evidence.family
-    told_by_bands = family is not None and family.tooth_members - family.tooth_chance >= MIN_TELLING_BANDS
-    if evidence.speed.harmonics < MIN_HARMONICS and not told_by_bands:
+    if not evidence.tells_speed:
         doubts.append(Doubt("spindle speed", f"tooth passings that stand out at {evidence.speed.speed:.0f} rev/min: "
                             f"{evidence.speed.harmonics}; speed or number of teeth may be wrong",
                             "check both, or record nearer to the cut"))

@@ -84,6 +84,10 @@ def calibrate_on_mass(records: RecordSet, mass: float, *, duration: float | None
     ------
     ToolpointError
         Where the response is nowhere that of a mass, or no blow is good.
+
+    Examples
+    --------
+    Runs in ``examples/calibrate_a_hammer_on_a_mass.py``.
     """
     positive("mass", mass)
     study = study_hammer_records(records, duration=duration, final=1.0)

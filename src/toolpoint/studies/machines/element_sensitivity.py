@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from toolpoint._check import FloatArray, count
-from toolpoint._doubt import Doubt, doubts_among, mark_notes
+from toolpoint._doubt import Doubt, doubts_among, with_notes
 from toolpoint._notebook import NotebookText
 from toolpoint.bodies.solid import SolidModel
 from toolpoint.bodies.solid.sensitivity import ElementSensitivity, element_centres, element_masses, frequency_sensitivity
@@ -98,17 +98,18 @@ class ElementStudy(NotebookText):
     def header(self) -> list[str]:
         """Titles of `rows`."""
         modes = range(1, min(_PRINTED_MODES, len(self.frequency)) + 1)
-        return ["body", *(f"E, f{k}" for k in modes), *(f"density, f{k}" for k in modes), "elements of 80 %", "their mass",
-                "best Hz/kg", "worst Hz/kg"]
+        return ["body", *(f"E, mode {k}" for k in modes), *(f"density, mode {k}" for k in modes), "elements with 80 %",
+                "their mass", "best Hz/kg", "worst Hz/kg"]
 
     def table(self) -> str:
         """Return frequencies, the effect of every body, and where a kilogram of wall raises the first mode most, as text."""
         frequencies = ", ".join(f"{f:.3f}" for f in self.frequency)
         best = "\n".join(f"  {name} at ({', '.join(f'{1e3 * x:.0f}' for x in place)}) mm: {gain:+.3g} Hz/kg"
                          for name, place, gain in self.best_elements())
-        return "\n".join([text_table(f"{self.machine.name}: {frequencies} Hz; relative change of a frequency per that of E and "
-                                     "of density", self.header, self.rows()),
-                          "Where a kilogram of wall raises mode 1 most:", best, *mark_notes(self.notes)])
+        title = (f"{self.machine.name}: {frequencies} Hz; per cent of a mode's frequency for a per cent of modulus E, of "
+                 "density")
+        return "\n".join(with_notes([text_table(title, self.header, self.rows()),
+                                     "Where a kilogram of wall raises mode 1 most:", best], self.notes))
 
     def to_dict(self) -> dict[str, Any]:
         """Return frequencies (Hz), sums by body and set, and the best elements of every mode, as plain data."""

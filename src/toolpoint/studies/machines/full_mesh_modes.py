@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from toolpoint._check import FloatArray
-from toolpoint._doubt import Doubt, doubts_among, mark_notes
+from toolpoint._doubt import Doubt, doubts_among, with_notes
 from toolpoint._notebook import NotebookText
 from toolpoint.machine import Machine
 from toolpoint.machine.assembly.full_mesh import link_full_meshes
@@ -75,7 +75,7 @@ class FullMeshModes(NotebookText):
         if self.stated is not None:
             rows = [[*row, "doubt" if np.isnan(error) else f"{100 * error:.2g}"]
                     for row, error in zip(rows, self.stated, strict=True)]
-        return "\n".join([text_table(self.reduced.machine.name, header, rows), *mark_notes(self.notes)])
+        return "\n".join(with_notes([text_table(self.reduced.machine.name, header, rows)], self.notes))
 
     def to_dict(self) -> dict[str, Any]:
         """Return both sets of frequencies (Hz) as plain data, and the stated errors (None: not known)."""

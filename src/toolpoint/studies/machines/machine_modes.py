@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from toolpoint._check import FloatArray
-from toolpoint._doubt import Doubt, doubts_among, mark_notes, place_note
+from toolpoint._doubt import Doubt, doubts_among, place_note, with_notes
 from toolpoint._notebook import NotebookText
 from toolpoint.machine import Machine
 from toolpoint.machine.assembly.gyroscopics import fastest_spin
@@ -59,7 +59,7 @@ class MachineModes(NotebookText):
         if self.spread is not None:
             header += ["± Hz (95 %)", "mostly of"]
             rows = [[*row, f"{self.spread.interval[i]:.2g}", self.spread.main_part(i)] for i, row in enumerate(rows)]
-        return "\n".join([text_table(title, header, rows), *mark_notes(self.notes)])
+        return "\n".join(with_notes([text_table(title, header, rows)], self.notes))
 
     def to_dict(self) -> dict[str, Any]:
         """Return the frequencies (Hz) as plain data, with their intervals and errors of reduction and mesh.

@@ -25,7 +25,10 @@ from toolpoint.studies.text_table import text_table
 from toolpoint.vibration import Dof, Modes, frequency_response
 from toolpoint.vibration.damped_modes import solve_as_damped
 
+MIN_NARROWING = 0.02  # of today's interval, by the best test: below, none is worth its time
 HEADER = ("next test", "95 % interval of the answer after it %", "of today's")
+FLAT_WORDS = ("no further test of shapes or frequencies narrows the {answer} (± {today:.2g} %): what is left of its interval "
+              "comes from what they do not tell, such as masses and calibration")
 Pose = Mapping[str, float]
 Progress = Callable[[int, int], None]
 
@@ -48,18 +51,35 @@ class NextTest(NotebookText):
         """Mean half width after a candidate chosen at random."""
         return float(self.after.mean())
 
+    @property
+    def is_worth_measuring(self) -> bool:
+        """Whether the best candidate narrows the answer by at least `MIN_NARROWING`."""
+        return narrows(self.today, float(self.after[0]))
+
     def table(self, row_count: int = 10) -> str:
         """Return the best candidates, and what a random choice would leave, as text."""
         rows = [[name, f"{100 * left:.3g}", f"{100 * left / max(self.today, 1e-300):.3g} %"] for name, left in zip(
             self.names[:row_count], self.after[:row_count], strict=True)]
         share = self.random / max(self.today, 1e-300)
         rows.append(["(a random one of these)", f"{100 * self.random:.3g}", f"{100 * share:.3g} %"])
-        return text_table(f"{self.answer}: ± {100 * self.today:.3g} % today (95 %)", HEADER, rows)
+        table = text_table(f"{self.answer}: ± {100 * self.today:.3g} % today (95 %)", HEADER, rows)
+        if self.is_worth_measuring:
+            return table
+        return f"{FLAT_WORDS.format(answer=self.answer, today=100 * self.today)}.\n{table}"
 
     def to_dict(self) -> dict[str, Any]:
         """Return all candidates with what they would leave (relative half widths, 95 %) as plain data."""
         return {"answer": self.answer, "today": self.today, "random": self.random,
                 "candidates": [{"test": name, "after": float(left)} for name, left in zip(self.names, self.after, strict=True)]}
+
+
+def narrows(today: float, after: float) -> bool:
+    """Return whether a test narrows an answer enough to be advised: half widths today and after it.
+
+    >>> narrows(0.032, 0.020), narrows(0.032, 0.0319)
+    (True, False)
+    """
+    return after <= (1 - MIN_NARROWING) * today
 
 
 def rank_tests(

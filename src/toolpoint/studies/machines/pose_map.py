@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from toolpoint._check import FloatArray, ToolpointError, count
-from toolpoint._doubt import doubts_among, mark_notes, place_note
+from toolpoint._doubt import doubts_among, place_note, with_notes
 from toolpoint._notebook import NotebookText
 from toolpoint.machine.assembly.gyroscopics import fastest_spin
 from toolpoint.machine.assembly.reduction_error import estimate_note
@@ -70,8 +70,9 @@ class PoseMap(NotebookText):
         """Return how far every mode moves over the grid, and where the ends lie, as text."""
         rows = [[str(i + 1), f"{s:.4f}"] for i, s in enumerate(self.spread())]
         title = f"Natural frequencies over {self.grid}, {len(self.failures)} poses failed"
-        return "\n".join([text_table(title, ["mode", "spread Hz"], rows), *self.extremes(), *branch_lines(self.branches),
-                          *self.uncertain(), *mark_notes(self.reduction)])
+        lines = [text_table(title, ["mode", "spread Hz"], rows), *self.extremes(), *branch_lines(self.branches),
+                 *self.uncertain()]
+        return "\n".join(with_notes(lines, self.reduction))
 
     def to_dict(self) -> dict[str, Any]:
         """Return the map as plain numbers and text, None where a pose failed; positions in m or rad."""

@@ -53,12 +53,12 @@ def yielding_sentence(shares: Mapping[str, float]) -> str:
     Examples
     --------
     >>> yielding_sentence({"joints.foot.stiffness.x": 0.5, "joints.foot.stiffness.z": 0.2, "joints.head.stiffness.x": 0.3})
-    "Most of the tool's static yielding, 70 %, comes from the joint foot."
+    "Most of the tool's static compliance, 70 %, comes from the joint foot."
     """
     if not shares:
         return ""
     name, share = softest_joint(shares)
-    words = "Most of the tool's static yielding" if share > 1 / 2 else "The largest part of the tool's static yielding"
+    words = "Most of the tool's static compliance" if share > 1 / 2 else "The largest part of the tool's static compliance"
     return f"{words}, {100 * share:.0f} %, comes from the joint {name}."
 
 

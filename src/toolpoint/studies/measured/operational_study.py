@@ -96,6 +96,10 @@ def study_operational(records: RecordSet | Record | Sequence[Record], method: st
     ------
     ToolpointError
         For more than one source of the scale, masses without records or the reverse, and what the identification refuses.
+
+    Examples
+    --------
+    Runs in ``examples/scale_modes_of_a_machine_at_work.py``.
     """
     sources = [name for name, is_given in (("loaded", loaded is not None or masses), ("blow", blow is not None),
                                         ("machine", machine is not None)) if is_given]

@@ -57,7 +57,12 @@ class JointDamping:
 
 @dataclass(frozen=True, eq=False)
 class DrivenAxisStudy(NotebookText):
-    """Modes of a driven axis in one state or two, pairs of modes of both, and its joint's damping, None without a machine."""
+    """Modes of a driven axis in one state or two, pairs of modes of both, and its joint's damping, None without a machine.
+
+    Examples
+    --------
+    Runs in ``examples/shake_an_axis_by_itself.py``.
+    """
 
     states: tuple[AxisState, ...]
     pairs: tuple[tuple[int, int], ...]

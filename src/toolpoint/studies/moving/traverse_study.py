@@ -32,6 +32,10 @@ class TraverseStudy(NotebookText):
     quantity : what the value is, with its unit; values : (n_windows,); tracks : of the modes; frequency, damping : course of
     each; predicted : by the machine, None without one; joints : that could change on the way, likeliest first; unchanged :
     probability that none does, nan without a machine.
+
+    Examples
+    --------
+    Runs in ``examples/follow_modes_over_a_traverse.py``.
     """
 
     quantity: str

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from toolpoint._check import Array, FloatArray, fail, floats, one_of
-from toolpoint._doubt import mark_notes
+from toolpoint._doubt import with_notes
 from toolpoint._notebook import NotebookText
 from toolpoint.machine.frequencies import natural_frequencies
 from toolpoint.machine.parts.model import Machine
@@ -223,13 +223,22 @@ class PlaceMap(NotebookText):
         several = len(set(filter(None, self.reach.branches))) > 1
         return place_words(self.reach.places[number]) + (f" ({branch})" if several and branch else "")
 
+    @property
+    def title(self) -> str:
+        """Quantity, size of the grid and places reached, in words."""
+        size = " x ".join(f"{len(positions)} along {name}" for name, positions in zip(self.grid.names, self.grid.positions,
+                                                                                      strict=True))
+        return f"{self.quantity.kind.capitalize()} over {size}: {int(self.reach.reached.sum())} of {len(self.reach.poses)} " \
+               "places are reached"
+
     def table(self) -> str:
         """Return the range of every column and the places of its ends as text."""
         flat = self.values.reshape(-1, self.values.shape[-1])
         rows = [[name, f"{np.nanmin(column):.5g}", f"{np.nanmax(column):.5g}"]
                 for name, column in zip(self.quantity.columns, flat.T, strict=True) if not np.isnan(column).all()]
-        return "\n".join([text_table(repr(self), [self.quantity.kind, f"lowest {self.quantity.unit}", "highest"], rows),
-                          *self.extremes(), *branch_lines(self.reach.branches), *self.failed(), *mark_notes(self.notes)])
+        header = [self.quantity.kind, f"lowest {self.quantity.unit}", "highest"]
+        return "\n".join(with_notes([text_table(self.title, header, rows), *self.extremes(), *branch_lines(self.reach.branches),
+                                     *self.failed()], self.notes))
 
     def failed(self) -> list[str]:
         """Return a line on the places that are reached and have no value all the same."""

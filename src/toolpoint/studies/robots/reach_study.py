@@ -83,7 +83,7 @@ class ReachStudy(NotebookText):
             lines = [f"{name}: {each.own.words}; {tool_words(self.machine, each.pose)}",
                      f"{name}: parasitic shift of {each.own.point} from the reference pose: {each.own.shift_words}"]
         if each.miss > _MIN_PRINTED_MISS:
-            lines.append(f"{name}: {1e6 * each.miss:.3g} um from the place: it has more coordinates than the machine has axes")
+            lines.append(f"{name}: {1e6 * each.miss:.3g} µm from the place: it has more coordinates than the machine has axes")
         return lines
 
     def to_dict(self) -> dict[str, Any]:

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from toolpoint._check import FloatArray, ToolpointError, count, fail, floats, positive
-from toolpoint._doubt import Doubt, mark_notes
+from toolpoint._doubt import Doubt, with_notes
 from toolpoint._notebook import NotebookText
 from toolpoint.machine.parts.model import Machine
 from toolpoint.studies.machines.arm_reach import Pose
@@ -104,6 +104,12 @@ class RegionSearch(NotebookText):
         parts = [f"{_direction_words(way)} {median:.4g} ({count} segments)" for way, median, count in ways]
         return ["; ".join(ends), f"median spread by direction, {unit}: {', '.join(parts)}"]
 
+    @property
+    def title(self) -> str:
+        """Length, quantity and number of the segments, in words."""
+        return (f"Most even segments of {1e3 * self.length:g} mm by {self.quantity.kind}: {len(self.regions)} of {self.tried} "
+                "are reached whole")
+
     def table(self) -> str:
         """Return the best segments as text."""
         unit = self.quantity.unit
@@ -111,8 +117,8 @@ class RegionSearch(NotebookText):
                  " ".join(f"{v:.4g}" for v in r.values.mean(axis=0)), *([r.branch] if self.best.branch else [])]
                 for r in self.regions[:_MAX_LISTED_SEGMENTS]]
         header = ["from", "to", f"spread {unit}", "largest share", f"means {unit}", *(["branch"] if self.best.branch else [])]
-        return "\n".join([text_table(repr(self), header, rows), *self.direction_words(),
-                          f"each judged at {self.samples} places, both ends included", *mark_notes(self.notes)])
+        return "\n".join(with_notes([text_table(self.title, header, rows), *self.direction_words(),
+                                     f"each judged at {self.samples} places, both ends included"], self.notes))
 
     def to_dict(self) -> dict[str, Any]:
         """Return the best segments as plain data; m."""
@@ -213,7 +219,7 @@ def search_regions(machine: Machine, starts: ArrayLike, directions: ArrayLike, *
 
 def _notes(judged: PoseValues, reasons: Mapping[str, int]) -> tuple[str, ...]:
     """Return notes on the segments' values: those of the quantity, and the segments left out."""
-    lines = [f"{number} segments are left out: {reason}" for reason, number in reasons.items()]
+    lines = [f"{number} segment{'s are' if number > 1 else ' is'} left out: {reason}" for reason, number in reasons.items()]
     lines += [f"segments over {number} places {why} are left out" for number, why in (
         (sum(map(bool, judged.reasons)), "whose chart failed"),
         (int(judged.bounds.sum()), "without a limit within the charted depth")) if number]
@@ -256,6 +262,10 @@ def study_region(machine: Machine, grid: PlaceGrid, quantity: PlaceQuantity | No
         Places on a segment, both ends included.
     step : function of a name
         Called at the beginning of both parts.
+
+    Examples
+    --------
+    Runs in ``examples/map_where_a_robot_is_even.py``.
     """
     step("map over places")
     measure = quantity or PlaceQuantity()

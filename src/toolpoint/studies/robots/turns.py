@@ -42,7 +42,8 @@ class TurnChoice(NotebookText):
         index = [int(np.abs(self.turns - turn).argmin()) for turn in self.followed]
         rows = [[str(i + 1), f"{np.degrees(self.best[i]):.1f}", f"{np.nanmax(self.merit[i]):.4g}",
                  f"{np.degrees(self.followed[i]):.1f}", f"{self.merit[i, index[i]]:.4g}"] for i in indices]
-        return text_table(repr(self), ["place", "best deg", self.quantity.unit, "followed deg", self.quantity.unit], rows)
+        title = f"Turn about the tool by {self.quantity.kind} at {len(self.places)} places, of {self.turns.size} turns"
+        return text_table(title, ["place", "best deg", self.quantity.unit, "followed deg", self.quantity.unit], rows)
 
     def to_dict(self) -> dict[str, Any]:
         """Return the choice as plain data; rad."""

@@ -38,7 +38,12 @@ class WorkspaceStudy(NotebookText):
 
 def study_workspace(machine: Machine, positions: Mapping[str, ArrayLike], *, step: Callable[[str], None] = lambda name: None,
                     method: StabilityMethod | None = None) -> WorkspaceStudy:
-    """Return the report of a machine and two maps of it over positions of its axes (m or rad); see `study_machine`."""
+    """Return the report of a machine and two maps of it over positions of its axes (m or rad); see `study_machine`.
+
+    Examples
+    --------
+    Runs in ``examples/map_a_machine_over_its_workspace.py``.
+    """
     report = study_machine(machine, step=step, method=method)
     step("frequencies over the workspace")
     frequencies = pose_map(machine, positions)

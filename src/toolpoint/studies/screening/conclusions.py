@@ -68,7 +68,8 @@ class DrawnConclusions(NotebookText):
         for name in self.names:
             factor, correlation = self.decisive(name)
             rows.append([name, self.words(name), f"{factor} ({correlation:+.2f})" if factor else ""])
-        lines = [text_table(repr(self), ["conclusion", "drawn", "goes most with"], rows)]
+        title = f"{len(self.names)} conclusions on {len(self.held)} drawn machines"
+        lines = [text_table(title, ["conclusion", "drawn", "goes most with"], rows)]
         if self.failures:
             lines.append(f"{len(self.failures)} draws could not be judged, the first: {self.failures[0]}")
         return "\n".join(lines)

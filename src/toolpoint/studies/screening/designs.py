@@ -40,6 +40,11 @@ class ScreeningDesign(NotebookText):
             return self.labels[index]
         return ", ".join(f"{c.name} {c.words(float(s))}" for c, s in zip(self.changes, self.points[index], strict=True))
 
+    @property
+    def title(self) -> str:
+        """Kind and size of the design in words."""
+        return f"({self.kind}): {len(self.points)} variants by {len(self.changes)} changes"
+
     def __repr__(self) -> str:
         return f"ScreeningDesign({self.kind}, {len(self.changes)} changes, {len(self.points)} points)"
 

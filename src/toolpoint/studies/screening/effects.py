@@ -11,7 +11,7 @@ from scipy.stats import rankdata, sobol_indices
 from toolpoint._check import FloatArray, fail
 from toolpoint._doubt import Doubt, mark_notes
 from toolpoint._notebook import NotebookText
-from toolpoint.studies.screening.metrics import is_lower_better, unit_of
+from toolpoint.studies.screening.metrics import is_lower_better
 from toolpoint.studies.screening.screen import Screening
 from toolpoint.studies.text_table import text_table
 
@@ -36,6 +36,9 @@ class Effect:
     first: float = float("nan")
 
 
+SHARES = ("relative change", "contrast over the mean")  # meanings of effects that are shares of the metric
+
+
 @dataclass(frozen=True, eq=False)
 class Ranking(NotebookText):
     """Effects of all changes on a metric, the best first; what : meaning of the numbers; doubt : about the order."""
@@ -50,13 +53,22 @@ class Ranking(NotebookText):
         """Return the ranking as text."""
         has_total = not np.isnan(self.effects[0].total)
         has_first = not np.isnan(self.effects[0].first)
-        rows = [[e.name, f"{e.value:+.4g}", "not known" if np.isnan(e.low) else f"{e.low:+.4g} .. {e.high:+.4g}",
+        # Where no interval is known at all, the doubt says it once.
+        has_interval = not all(np.isnan(e.low) for e in self.effects)
+        intervals = ["not known" if np.isnan(e.low) else f"{self._words(e.low)} .. {self._words(e.high)}"
+                     for e in self.effects]
+        rows = [[e.name, self._words(e.value), *([interval] if has_interval else []),
                  *([f"{e.total:.4g}", f"{e.total_low:.4g} .. {e.total_high:.4g}"] if has_total else []),
-                 *([f"{100 * e.first:.0f} %"] if has_first else [])] for e in self.effects]
-        header = ["change", self.what, "95 %", *(["total", "95 %"] if has_total else []),
+                 *([f"{100 * e.first:.0f} %"] if has_first else [])]
+                for e, interval in zip(self.effects, intervals, strict=True)]
+        header = ["change", self.what, *(["95 %"] if has_interval else []), *(["total", "95 %"] if has_total else []),
                   *(["ranks first"] if has_first else [])]
-        return "\n".join([text_table(f"{self.metric} {unit_of(self.metric)}".strip(), header, rows), f"loads: {self.loads}",
-                          *mark_notes([self.doubt] if self.doubt else [])])
+        return "\n".join([*mark_notes([self.doubt] if self.doubt else []), text_table(
+            f"Effects on the {self.metric}, the best first", header, rows), f"loads: {self.loads}"])
+
+    def _words(self, value: float) -> str:
+        """Return an effect in words: a share of the metric in per cent."""
+        return f"{100 * value:+.3g} %" if self.what in SHARES else f"{value:+.4g}"
 
     def to_dict(self) -> dict[str, Any]:
         """Return the ranking as plain data."""

@@ -103,14 +103,22 @@ def _depth(machine: Machine, poses: tuple[Pose, ...]) -> float:
 METRICS: dict[str, Callable[[Machine, tuple[Pose, ...]], float]] = {
     "frequency": lambda machine, poses: float(natural_frequencies(machine, batch_of(machine, poses), 1).min()),
     "static stiffness": _static, "dynamic stiffness": _dynamic, "response peak": _peak, "depth limit": _depth}
-UNITS = {"frequency": "Hz", "static stiffness": "N/m", "dynamic stiffness": "N/m", "response peak": "m/N", "depth limit": "m",
-         "position error": "m", "rotation error": "rad"}
+# Unit of a person beside the factor from the SI unit of the numbers.
+UNITS = {"frequency": ("Hz", 1.0), "static stiffness": ("N/µm", 1e-6), "dynamic stiffness": ("N/µm", 1e-6),
+         "response peak": ("µm/N", 1e6), "depth limit": ("mm", 1e3), "position error": ("µm", 1e6),
+         "rotation error": ("µrad", 1e6)}
 LOWER_IS_BETTER = ("response peak", "position error", "rotation error")
 
 
-def unit_of(name: str) -> str:
-    """Return the unit of a metric; empty where it is a function's own."""
-    return next((unit for start, unit in UNITS.items() if name.startswith(start)), "")
+def shown_unit(name: str) -> tuple[str, float]:
+    """Return the unit in which a metric is shown, and the factor to it; no unit and 1 where it is a function's own."""
+    return next((unit for start, unit in UNITS.items() if name.startswith(start)), ("", 1.0))
+
+
+def shown_name(name: str) -> str:
+    """Return the name of a metric with the unit in which it is shown."""
+    unit, _ = shown_unit(name)
+    return f"{name}, {unit}" if unit else name
 
 
 def is_lower_better(name: str) -> bool:
@@ -118,4 +126,4 @@ def is_lower_better(name: str) -> bool:
     return name.startswith(LOWER_IS_BETTER)
 
 
-__all__ = ["METRICS", "Metric", "NamedMetrics", "is_lower_better", "unit_of"]
+__all__ = ["METRICS", "Metric", "NamedMetrics", "is_lower_better", "shown_name", "shown_unit"]

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from toolpoint._check import fail, one_of
-from toolpoint._doubt import mark_notes
+from toolpoint._doubt import with_notes
 from toolpoint._notebook import NotebookText
 from toolpoint.machine.description.screening_plan import MilledSquare, ScreeningPlan
 from toolpoint.machine.parts.model import Machine
@@ -74,8 +74,7 @@ class PlannedScreening(NotebookText):
 
     def table(self) -> str:
         """Return the screening and its rankings as text."""
-        return "\n".join([self.screening.table(), *(ranking.table() for ranking in self.rankings),
-                          *mark_notes(self.remarks)])
+        return "\n".join(with_notes([self.screening.table(), *(ranking.table() for ranking in self.rankings)], self.remarks))
 
     def to_dict(self) -> dict[str, Any]:
         """Return the screening and its rankings as plain data."""
@@ -108,7 +107,12 @@ def design_of(plan: ScreeningPlan) -> ScreeningDesign:
 
 def run_plan(plan: ScreeningPlan, machine: Machine, *, engine: Engine | None = None, folder: str | Path | None = None,
              progress: Progress | None = None) -> PlannedScreening:
-    """Return the screening of a plan on its machine, with rankings; arguments as for `screen`."""
+    """Return the screening of a plan on its machine, with rankings; arguments as for `screen`.
+
+    Examples
+    --------
+    Runs in ``examples/screen_a_plan_of_changes.py``.
+    """
     metric = JoinedMetrics(NamedMetrics(plan.metrics, (dict(plan.pose),)) if plan.metrics else None,
                            None if plan.square is None else accuracy_of(plan.square))
     result = screen(machine, design_of(plan), metric, doubts=plan.doubts, draws=plan.draws,
@@ -138,6 +142,10 @@ def improve_by_plan(plan: ScreeningPlan, machine: Machine, answer: str, *, goal:
     ------
     ToolpointError
         For a plan with swaps, and an answer for which plan or machine say too little.
+
+    Examples
+    --------
+    Runs in ``examples/screen_a_plan_of_changes.py``.
     """
     if plan.swaps:
         fail("improve", "the plan holds swaps, which have no slope", "give factors, or screen them")

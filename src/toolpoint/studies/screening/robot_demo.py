@@ -20,7 +20,7 @@ from toolpoint.studies.accuracy.tool_paths import square
 from toolpoint.studies.machines.reach import reach_places
 from toolpoint.studies.machines.tool_point import batch_of, lobes, tool_point
 from toolpoint.studies.robots.datasheet_study import DatasheetStudy
-from toolpoint.studies.robots.place_map import PlaceMap, PlaceQuantity, map_places, place_grid
+from toolpoint.studies.robots.place_map import PlaceMap, PlaceQuantity, map_places, place_grid, place_words
 from toolpoint.studies.robots.regions import EvenSegment, RegionSearch, plane_directions, search_regions
 from toolpoint.studies.screening.planned import PlannedScreening, run_plan
 from toolpoint.studies.screening.source_figures import SourceFigures, compute_source_figures
@@ -112,8 +112,7 @@ class RobotDemo(NotebookText):
     def region_lines(self) -> list[str]:
         """Return lines on the most even segment beside that of the source."""
         best, total = self.search.best, self.straight.sum(axis=1)
-        return [f"most even vertical or slanted segment here: from {best.start.round(3).tolist()} to "
-                f"{best.end.round(3).tolist()} m, "
+        return [f"most even vertical or slanted segment here: from {place_words(best.start)} to {place_words(best.end)}, "
                 f"{best.total:.2f} Hz over four modes",
                 f"at the source's place (x 0.49 m, z 0.16 .. 0.36 m) it is {self.at_source.total:.2f} Hz, the source has "
                 f"{SOURCE_SPREAD} Hz: its members are a CAD model that is not published, and how its tool stands on the grid "
@@ -127,10 +126,10 @@ class RobotDemo(NotebookText):
     def table(self) -> str:
         """Return all results as text."""
         limit = self.chart.limit
-        depths_text = ", ".join(f"{s:.0f}: {'stable as far as charted' if not np.isfinite(v) else f'{1e3 * v:.3g} mm'}"
+        depths_text = ", ".join(f"{s:.0f} rev/min {'stable as far as charted' if not np.isfinite(v) else f'{1e3 * v:.3g} mm'}"
                                 for s, v in list(zip(SPEEDS, limit, strict=True))[::8])
         return "\n".join([self.map.table(), self.search.table(), *self.region_lines(),
-                          f"stable depth by rev/min: {depths_text}", *self.figures.words(),
+                          f"Stable depth by speed: {depths_text}", *self.figures.words(),
                           self.accuracy.table(), self.screening.table(), *self.findings()])
 
     def to_dict(self) -> dict[str, Any]:

@@ -19,7 +19,7 @@ from toolpoint.machine.parts.build import build
 from toolpoint.machine.parts.model import Machine
 from toolpoint.studies.execute import Engine, Progress, execute
 from toolpoint.studies.screening.designs import ScreeningDesign
-from toolpoint.studies.screening.metrics import Metric, unit_of
+from toolpoint.studies.screening.metrics import Metric, shown_name, shown_unit
 from toolpoint.studies.text_table import text_table
 
 PARTS = "parts"  # folder of the parts of unfinished variants
@@ -60,13 +60,21 @@ class Screening(NotebookText):
         """
         base = self.stated[0] if self.design.labels and self.design.labels[0] == "as it is" else None
         rows = []
+        factors = [shown_unit(name)[1] for name in self.metrics]
         for i in range(min(len(self.stated), 40)):
-            cells = [f"{v:.6g}" if base is None or i == 0 else f"{v:.6g} ({100 * (v / b - 1):+.2f} %)"
-                     for v, b in zip(self.stated[i], self.stated[0], strict=True)]
+            cells = [f"{factor * v:.6g}" if base is None or i == 0 else f"{factor * v:.6g} ({100 * (v / b - 1):+.2f} %)"
+                     for v, b, factor in zip(self.stated[i], self.stated[0], factors, strict=True)]
             rows.append([self.design.words(i), *(cells if i not in self.failures else [self.failures[i]] * len(cells))])
         rows = [[cell for k, cell in enumerate(row) if k <= _MAX_TABLE_METRICS] for row in rows]
-        header = ["variant", *(f"{name} {unit_of(name)}".strip() for name in self.metrics[:_MAX_TABLE_METRICS])]
-        return "\n".join([text_table(repr(self), header, rows), f"loads: {self.loads}", self.status])
+        header = ["variant", *map(shown_name, self.metrics[:_MAX_TABLE_METRICS])]
+        return "\n".join([text_table(self.title, header, rows), f"loads: {self.loads}", self.status])
+
+    @property
+    def title(self) -> str:
+        """Kind and size of the screening, in words."""
+        draws = f", {len(self.draws)} draws of the uncertain inputs" if len(self.draws) > 1 else ""
+        failed = f", {len(self.failures)} of them failed" if self.failures else ""
+        return f"Screening {self.design.title}{failed}{draws}"
 
     def to_dict(self) -> dict[str, Any]:
         """Return all values as plain data, None where a variant failed."""

@@ -99,7 +99,9 @@ class ServoMap(NotebookText):
 
     def table(self) -> str:
         """Return doubts, then smallest and largest value of every quantity over the poses."""
-        table = text_table(repr(self), ["quantity", "axis", "smallest", "largest"], self.rows())
+        failed = f", {len(self.failures)} failed" if self.failures else ""
+        title = f"Servo at {len(self.poses)} poses, axes {', '.join(self.axes)}: {int(self.stable.sum())} stable{failed}"
+        table = text_table(title, ["quantity", "axis", "smallest", "largest"], self.rows())
         return "\n".join([*mark_notes(self.doubts()), table])
 
     def to_dict(self) -> dict[str, Any]:

@@ -213,7 +213,7 @@ def question_ends(name: str, part: TappedModes, band: tuple[float, float]) -> li
     doubts = []
     if part.upper / (4 * OUTSIDE_DAMPING_RATIO) > deepest:
         doubts.append(Doubt(f"modes along {name}", f"what vibrates above {band[1]:.4g} Hz is as soft as "
-                            f"{part.upper * 1e6:.2g} um/N: damped as lightly as {100 * OUTSIDE_DAMPING_RATIO:g} % it chatters "
+                            f"{part.upper * 1e6:.2g} µm/N: damped as lightly as {100 * OUTSIDE_DAMPING_RATIO:g} % it chatters "
                             f"before any mode "
                             "that was seen", "strike with a harder tip and sample faster",
                             figure=part.upper / (4 * OUTSIDE_DAMPING_RATIO) / max(deepest, 1e-300)))

@@ -273,7 +273,7 @@ def _modes_light(direction: TappedDirection, part: TappedModes) -> Light:
     fit = min(identified.fit, 1 - measure_misfit(identified, direction.tip, direction.band.ends))
     words = (f"{identified.modes.count} modes, {len(identified.dominant)} stand out, {int(identified.doubtful.sum())} doubtful "
              f"({int((identified.doubtful[part.vibrates] & soft).sum())} of them soft); they explain {100 * fit:.1f} %; "
-             + (f"static stiffness {part.stiffness / 1e6:.3g} N/um" if part.stiffness < MAX_STATIC_STIFFNESS else
+             + (f"static stiffness {part.stiffness / 1e6:.3g} N/µm" if part.stiffness < MAX_STATIC_STIFFNESS else
                 "no mode that yields at rest: such a response is none of a structure"))
     if len(identified.dominant) == 0 or fit < 0.8:
         return Light(step, "red", words, f"strike harder or with another tip along {direction.name}")

@@ -105,6 +105,10 @@ def study_videos(
         Hz.
     how
         What `study_video` takes besides.
+
+    Examples
+    --------
+    Runs in ``examples/films_of_a_machine_to_its_joints.py``.
     """
     poles = None if record is None else poles_of(record, band)
     view_list = views or (None,)
@@ -152,6 +156,10 @@ def magnify_motion(video: VideoStudy, factor: float = 20.0, *, mode: int = 1, ba
 
     mode : 1 is the first; band : Hz; attenuation : of noise, 0 .. 1. Warns where drawn frames miss the factor by more than a
     tenth.
+
+    Examples
+    --------
+    Runs in ``examples/films_of_a_machine_to_its_joints.py``.
     """
     if band is not None:
         return PhaseMagnification(*band, factor, attenuation).frames(video.scan)

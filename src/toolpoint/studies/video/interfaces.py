@@ -88,6 +88,10 @@ def rank_interfaces(machine: Machine, videos: Sequence[VideoStudy],
     ------
     ToolpointError
         Where a video has no body of the machine.
+
+    Examples
+    --------
+    Runs in ``examples/films_of_a_machine_to_its_joints.py``.
     """
     if not videos:
         fail("videos", "none", "must be one at least")

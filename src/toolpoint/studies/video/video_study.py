@@ -159,10 +159,10 @@ class VideoStudy(NotebookText):
         """Return doubts first, then poles, bodies and what was measured, as text."""
         lines = mark_notes(self.doubts)
         lines.append(text_table(f"Modes of {self.scan.clip.name} (poles from the {self.source})", HEADER, self.rows()))
-        lines.append(f"displacement: {self.points!r}")
+        lines.append(f"displacement measured at {self.points.summary}")
         for body in self.bodies:
-            orders = ", ".join(body.orders)
-            lines.append(f"body {body.name}: {orders}; {body.windows} windows")
+            orders = ", ".join(dict.fromkeys(body.orders))
+            lines.append(f"body {body.name}: {body.windows} windows, motion taken as {orders}")
         return "\n".join(lines)
 
     def to_dict(self) -> dict[str, Any]:

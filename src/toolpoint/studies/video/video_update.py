@@ -127,6 +127,10 @@ def update_from_videos(
     ------
     ToolpointError
         Where no interface moves beyond doubt, or no point of the machine lies on a body that is seen.
+
+    Examples
+    --------
+    Runs in ``examples/films_of_a_machine_to_its_joints.py``.
     """
     ranking = rank_interfaces(machine, videos, pose)
     if not paths and not ranking.moving:
@@ -155,7 +159,12 @@ def update_from_videos(
 
 def seen_places(machine: Machine, video: VideoStudy, pose: Mapping[str, float] | None = None
                 ) -> dict[str | int, tuple[str, FloatArray]]:
-    """Return the machine's named points on bodies that the video shows: name to (body, place in m)."""
+    """Return the machine's named points on bodies that the video shows: name to (body, place in m).
+
+    Examples
+    --------
+    Runs in ``examples/films_of_a_machine_to_its_joints.py``.
+    """
     place, body_names = place_machine(machine, pose), {body.name for body in video.bodies}
     places: dict[str | int, tuple[str, FloatArray]] = {
         name: (point.body, np.array(place.position(point)[0])) for name, point in machine.description.points.items()

@@ -56,6 +56,10 @@ def film_machine(
         Standard deviation of the textures, grey levels.
     textured : body to bool, optional
         False for bodies without texture.
+
+    Examples
+    --------
+    Runs in ``examples/films_of_a_machine_to_its_joints.py``.
     """
     camera = camera or Camera()
     shapes = body_shapes(machine, pose)

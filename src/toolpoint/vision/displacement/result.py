@@ -121,10 +121,17 @@ class DisplacementField(NotebookText):
         return Record(values * factor, self.frame_rate, tuple(labels), ("displacement",) * len(labels),
                       units=("px" if view.scale is None else "m",) * len(labels), start=self.start, name=self.method)
 
+    @property
+    def summary(self) -> str:
+        """Windows by what they see, frames and method, in words."""
+        count, kinds = len(self.windows.sight), [int((self.windows.sight == sight).sum())
+                                                 for sight in (FULL_SIGHT, EDGE_SIGHT, BLIND_SIGHT)]
+        sights = zip(kinds, ("both directions", "the direction across an edge alone", "nothing"), strict=True)
+        return (f"{count} windows in {len(self.values)} frames by {self.method}: "
+                + ", ".join(f"{number} see {words}" for number, words in sights if number))
+
     def __repr__(self) -> str:
-        kinds = [int((self.windows.sight == sight).sum()) for sight in (FULL_SIGHT, EDGE_SIGHT, BLIND_SIGHT)]
-        return (f"DisplacementField({len(self.values)} frames, windows: {kinds[0]} see both directions, {kinds[1]} across an "
-                f"edge, {kinds[2]} blind; {self.method})")
+        return f"DisplacementField({self.summary})"
 
 
 def _label(point: int, direction: FloatArray, view: View) -> Dof:

@@ -57,6 +57,10 @@ class BodyMotion(NotebookText):
     doubts : tuple of str
     residual_fraction : (r,) floats
         Share of the windows' motion, noise apart, that the body's does not explain; empty where it is not known.
+
+    Examples
+    --------
+    Runs in ``examples/motion_of_a_whole_picture.py``.
     """
 
     name: str
@@ -114,6 +118,10 @@ def fit_bodies(windows: Windows, shapes: PointShapes, regions: Mapping[str, Regi
         Modes whose misfit is doubted; all where left out.
     loss : float
         What compression took of the noise (`Quality.loss`): bodies that move less are smoothed more.
+
+    Examples
+    --------
+    Runs in ``examples/motion_of_a_whole_picture.py``.
     """
     bodies = []
     names = list(regions)

@@ -56,7 +56,12 @@ def project_frames(scanned: Scan, basis: DecayBasis, first: int, *, progress: Pr
 
 def full_field(scanned: Scan, poles: ComplexArray, first: int = 0, *, side: int = 16, stop: int | None = None,
                skip: int = 0, progress: Progress | None = None) -> FullField:
-    """Return the shapes of the whole picture for known poles (rad/s), frame `first` to `stop`; `skip` as in `point_shapes`."""
+    """Return the shapes of the whole picture for known poles (rad/s), frame `first` to `stop`; `skip` as in `point_shapes`.
+
+    Examples
+    --------
+    Runs in ``examples/motion_of_a_whole_picture.py``.
+    """
     end_frame = scanned.survey.frames if stop is None else stop
     basis = decay_basis(poles, np.arange(end_frame - first) / scanned.clip.frame_rate, skip=skip)
     pictures = project_frames(scanned, basis, first, progress=progress)

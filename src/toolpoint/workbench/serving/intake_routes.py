@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from toolpoint import project
 from toolpoint._check import fail
+from toolpoint.project.components_text import write_components
 from toolpoint.workbench.serving.requests import answer, error_answer, json_of, text_of, write_answer
 from toolpoint.workbench.state.access import MAX_FILE_BYTES, check_file_name
 from toolpoint.workbench.views.hammer_views import decide_hit, keep_choice
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
 
     from toolpoint.workbench.serving.server import Workbench
 
+MAX_COMPONENTS_TEXT = 100_000  # characters
 MAX_INCOMING_FILES = 5000  # files that wait to be told
 
 
@@ -27,7 +29,8 @@ def intake_entries(bench: Workbench) -> list[tuple[str, Callable[..., Any], str]
     """Return path, endpoint and method of the routes by which a project grows."""
     api = _Intake(bench)
     return [("/api/begin", api.begin, "POST"), ("/api/file/{name:path}", api.file, "PUT"), ("/api/intake", api.listing, "GET"),
-            ("/api/intake", api.enter, "POST"), ("/api/part", api.part, "POST"), ("/api/tried", api.tried, "POST"),
+            ("/api/intake", api.enter, "POST"), ("/api/part", api.part, "POST"),
+            ("/api/components", api.components, "POST"), ("/api/tried", api.tried, "POST"),
             ("/api/hit", api.hit, "POST"), ("/api/choice", api.choice, "POST")]
 
 
@@ -85,6 +88,13 @@ class _Intake:
             place, value = text_of(data, "place"), text_of(data, "value")
             named = project.add_part(self.bench.desk.folder, place, value)
             return {"entered": f"{place}: {value}", "named": list(named)}
+        return await write_answer(work, self.bench.desk.lock)
+
+    async def components(self, request: Request) -> Response:
+        data = await json_of(request)
+
+        def work() -> dict[str, Any]:
+            return {"file": write_components(self.bench.desk.folder, text_of(data, "text", MAX_COMPONENTS_TEXT))}
         return await write_answer(work, self.bench.desk.lock)
 
     async def tried(self, request: Request) -> Response:

@@ -13,6 +13,7 @@
 | PUT /api/file/NAME | the file's bytes | puts it into ``incoming``, to be told and confirmed |
 | GET, POST /api/intake | ``{kinds}`` | what the files there seem to be; enters them |
 | POST /api/part | ``{place, value}`` | writes a part of project.yaml |
+| POST /api/components | ``{text}`` | writes the components file and enters it |
 | POST /api/hit | ``{test, hit, accept}`` | writes a decision about a blow into its test file |
 | POST /api/choice | ``{test, text}`` | writes poles chosen by clicks for a test |
 | POST /api/tried | ``{speed_rpm, depth_m, stable, frequency_hz, cut}`` | reports a cut that was tried |

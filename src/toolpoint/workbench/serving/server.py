@@ -159,7 +159,8 @@ def _only_server(folder: Path, state: Path) -> Iterator[None]:
 def _listen(host: str, port: int) -> socket.socket:
     """Return a socket that listens on a port, on a free one where it is taken."""
     for number in dict.fromkeys((port, 0)):
-        listener = socket.socket(socket.AF_INET6 if ":" in host else socket.AF_INET)
+        # With the protocol named asyncio sends at once; without, Nagle's algorithm holds back the content of an answer 40 ms.
+        listener = socket.socket(socket.AF_INET6 if ":" in host else socket.AF_INET, socket.SOCK_STREAM, socket.IPPROTO_TCP)
         listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
             listener.bind((host, number))

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import os
 import time
 from collections.abc import Sequence
 from datetime import datetime
+from pathlib import Path
 from typing import Any
 
 from toolpoint._check import ToolpointError
 from toolpoint._doubt import Doubt
 from toolpoint.plot.page.markup import typeset
 from toolpoint.project import Project
+from toolpoint.project.components_text import draft_components
 from toolpoint.project.engine.outlook import FRESH, StepOutlook, seconds_of
 from toolpoint.project.engine.plan import plan_steps
 from toolpoint.project.steps.plain_files import read_json
@@ -36,9 +39,11 @@ def view_project(desk: Desk) -> WorkbenchView:
     doubts += [] if results is None else _traced_doubts(results)
     next_steps = [] if results is None else results["next_steps"]
     data = {"is_empty": False, "name": project.description.name, "answers": answers,
-            "steps": [_step(entry) for entry in outlooks], "links": _links(project),
-            "absent_parts": [part for part in project.chain.absent_parts if part not in next_steps], "next_steps": next_steps,
+            "steps": [_step(entry, project.folder) for entry in outlooks], "links": _links(project),
+            "absent_parts": [part for part in project.chain.absent_parts if part not in next_steps],
+            "next_steps": [_from(project.folder, line) for line in next_steps],
             "goals": {} if results is None else results["goals"], "parts": describe_parts(project), "kinds": kinds_in_words(),
+            "components_text": _components_text(project),
             "seconds_to_run": seconds_of(outlooks), "waiting": sum(not entry.is_of_today for entry in outlooks)}
     return WorkbenchView("project", _answer(project, answers, outlooks), tuple(doubts), (command_line("run", "."),),
                          ("results = project.Project.open('.').run()", "print(results.table())"), data, is_stale)
@@ -62,16 +67,23 @@ def _first(lines: Sequence[str]) -> str:
     return f"One part more: {lines[0]}." if lines else ""
 
 
-def _step(entry: StepOutlook) -> dict[str, Any]:
-    """Return a step with its state, age, words, doubts and files."""
+def _step(entry: StepOutlook, folder: Path) -> dict[str, Any]:
+    """Return a step with its state, age, words, doubts and files, these named from the project's folder."""
     step, record = entry.step, entry.record
+    # The reason of a step that failed holds the words of its error: they are said once.
+    words = "" if record is None or record.words in entry.reason else typeset(record.words)
     arisen = [] if record is None else [str(doubt.doubt) for doubt in record.doubts if doubt.step == step.name]
-    return {"name": step.name, "does": step.words, "state": entry.state, "reason": entry.reason,
-            "words": "" if record is None else typeset(record.words), "doubts": [typeset(doubt) for doubt in arisen],
+    return {"name": step.name, "does": step.words, "state": entry.state, "reason": _from(folder, entry.reason),
+            "words": _from(folder, words), "doubts": [typeset(doubt) for doubt in arisen],
             "command": step.command or command_line("run", ".", step.name),
             "age_s": None if record is None else _age(record.started), "started": None if record is None else record.started,
             "seconds": None if record is None else record.seconds, "files": list(step.output_paths),
             "inputs": len(step.input_paths), "is_of_today": entry.is_of_today, "is_fresh": entry.state == FRESH}
+
+
+def _from(folder: Path, text: str) -> str:
+    """Return a text in which files of a folder are named from it."""
+    return text.replace(f"{folder}{os.sep}", "")
 
 
 def _age(started: str) -> float | None:
@@ -103,6 +115,13 @@ def _traced_doubts(results: dict[str, Any]) -> list[Doubt]:
         doubt = Doubt(f"{entry['step']}: {entry['what']}", entry["why"], entry["remedy"], grave=bool(entry["grave"]))
         doubts.setdefault((entry["what"], entry["why"]), doubt)
     return list(doubts.values())
+
+
+def _components_text(project: Project) -> str | None:
+    """Return the text of the components file to edit; None where no test of a structure asks for one."""
+    described = project.description
+    has_structure = any(test.of == "structure" for test in described.tests.values())
+    return draft_components(project.folder, described) if has_structure and described.machine is None else None
 
 
 def describe_parts(project: Project) -> dict[str, Any]:

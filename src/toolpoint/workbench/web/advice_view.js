@@ -2,6 +2,7 @@
 // Views of what to change and measure, of two machine files side by side, and of the pages that a project has.
 window.Workbench = window.Workbench || { views: {} };
 (function (W) {
+  const MIN_NARROWING = 0.02; // of an interval: a test that brings less is not advised (next_test.py)
   const LEAST = 5e-6; // of a share: a smaller difference is none
   const percent = (share, digits = 2) => Math.abs(share) < LEAST ? "0 %" : `${share > 0 ? "+" : ""}${W.number(100 * share, digits)} %`;
 
@@ -60,12 +61,14 @@ window.Workbench = window.Workbench || { views: {} };
       const narrowed = W.keptPlace("narrowed " + JSON.stringify(data.next), () => W.make("div", { id: "wb-narrowed", "aria-live": "polite" }));
       const narrow = (entry) => () => narrowed.replaceChildren(W.make("h3", { text: entry.test }), widthBars([[W.word("width.today"), next.today], [W.word("width.random"), next.random], [W.word("width.after"), entry.after]]),
         W.make("p", { class: "key", text: W.word("width.key", { answer: next.answer, n: Math.round(100 * (1 - entry.after / next.today)) }) }));
-      const next = data.next, tests = (next.candidates || []).map((entry, i) => [i + 1, entry.test, `± ${W.number(100 * entry.after, 2)} %`,
+      const next = data.next, isFlat = (next.candidates || []).length > 0 && next.candidates[0].after > (1 - MIN_NARROWING) * next.today;
+      const tests = (isFlat ? [] : next.candidates || []).map((entry, i) => [i + 1, entry.test, `± ${W.number(100 * entry.after, 2)} %`,
         W.make("button", { type: "button", text: W.word("show.difference"), "aria-label": `${W.word("show.difference")}: ${entry.test}`, onclick: narrow(entry) })]);
       place.replaceChildren(...W.head(view, W.word("view.advice")),
         W.section(W.word("what.change"), changes.length ? W.table(["", W.word("change"), W.word("joint"), W.word("springs.by"), W.word("gain"), W.word("interval.95"), W.word("cost"), ""], changes, W.word("gain.key")) : W.make("p", { text: W.word("none") })), shown,
         ...(tests.length ? [W.section(W.word("what.measure"), W.table(["", W.word("test"), W.word("after.it"), ""], tests,
-          W.word("next.key", { answer: next.answer, today: W.number(100 * next.today, 2), random: W.number(100 * next.random, 2) })), narrowed)] : []), W.same(view));
+          W.word("next.key", { answer: next.answer, today: W.number(100 * next.today, 2), random: W.number(100 * next.random, 2) })), narrowed)] : []),
+        ...(isFlat ? [W.section(W.word("what.measure"), W.make("p", { text: W.word("next.flat", { answer: next.answer, today: W.number(100 * next.today, 2) }) }))] : []), W.same(view));
     },
   };
 

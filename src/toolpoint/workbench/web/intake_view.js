@@ -60,6 +60,20 @@ window.Workbench = window.Workbench || { views: {} };
     });
   }
 
+  // The components file as text: its draft names the measured points; what a person has typed stays.
+  function componentsForm(text) {
+    const field = W.make("textarea", { id: "components-text", rows: 18, spellcheck: "false", "aria-label": W.word("new.components") });
+    const said = W.make("p", { role: "status", class: "key" });
+    field.value = text;
+    const node = W.make("form", { class: "wb-form", "aria-label": W.word("new.components"), onsubmit: async (event) => {
+      event.preventDefault();
+      try { said.textContent = W.word("written", { file: (await W.ask("components", { text: field.value })).file }); said.className = "key"; text = field.value; }
+      catch (error) { said.textContent = error.message; said.className = "wb-fault"; }
+    } }, W.make("p", { class: "key", text: W.word("components.key") }), field, W.make("p", {}, W.make("button", { type: "submit", text: W.word("enter") })), said);
+    node.refresh = (current) => { if (field.value === text) field.value = text = current; };
+    return node;
+  }
+
   async function handOver(files, said) {
     let sent = 0, waiting = [...files];
     const faults = [];
@@ -80,12 +94,15 @@ window.Workbench = window.Workbench || { views: {} };
 
   function confirmList(files, kinds, done) {
     if (!files.length) return W.make("div");
-    const groups = {}; // 200 records are one line
-    for (const file of files) (groups[`${file.kind}|${file.is_sure}`] = groups[`${file.kind}|${file.is_sure}`] || []).push(file);
+    const groups = {}; // 200 records are one line; a table among them is one of its own
+    for (const file of files) {
+      const key = `${file.kind}|${file.is_sure}|${file.file.split(".").pop().toLowerCase()}`;
+      (groups[key] = groups[key] || []).push(file);
+    }
     const chosen = {};
     const rows = Object.values(groups).map((group) => {
       const select = W.make("select", { "aria-label": W.word("kind.of", { file: group[0].file }), onchange: () => group.forEach((file) => { chosen[file.file] = select.value; }) },
-        Object.entries(kinds).map(([kind, words]) => W.make("option", { value: kind, text: words, selected: kind === group[0].kind })));
+        Object.entries(kinds).map(([kind, words]) => W.make("option", { value: kind, ...W.spoken(words), selected: kind === group[0].kind })));
       group.forEach((file) => { chosen[file.file] = file.kind; });
       const names = group.map((file) => file.file), words = names.length > 4 ? `${names.slice(0, 3).join(", ")} … (${names.length})` : names.join(", ");
       return [words, select, W.word(group[0].is_sure ? "sure" : "guess")];
@@ -118,10 +135,14 @@ window.Workbench = window.Workbench || { views: {} };
     drop.addEventListener("dragleave", () => drop.classList.remove("over"));
     drop.addEventListener("drop", (event) => { event.preventDefault(); drop.classList.remove("over"); take(event.dataTransfer.files); });
     const goal = goalForm(view), inside = W.make("div", { class: "wb-inside" }, cutForm(), goal);
-    const section = W.section(W.word("give"), drop, said, list, entered, W.make("details", {}, W.make("summary", { text: W.word("cuts.and.goals") }), inside));
+    const components = componentsForm(view.data.components_text || "");
+    const block = W.make("details", {}, W.make("summary", { text: W.word("new.components") }), components);
+    const section = W.section(W.word("give"), drop, said, list, entered, block, W.make("details", {}, W.make("summary", { text: W.word("cuts.and.goals") }), inside));
     section.dataset.kept = "";
     section.refresh = (current) => {
       goal.refresh(current);
+      block.hidden = current.data.components_text === null;
+      if (!block.hidden) components.refresh(current.data.components_text);
       if (current.data.answers.length && !inside.querySelector("#tried-speed")) inside.append(triedForm());
       fill().catch(() => {});
     };

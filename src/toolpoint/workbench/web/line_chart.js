@@ -192,6 +192,7 @@ window.Workbench = window.Workbench || { views: {} };
       }
       if (mark.kind === "interval") return nodes;
       if (mark.kind === "chatter") nodes.push(svg("path", { class: "wb-mark chatter", d: `M${x - 5} ${y - 5}l10 10m0-10l-10 10` }));
+      else if (mark.kind === "above") nodes.push(svg("path", { class: "wb-mark above", d: `M${x - 6} ${y}h12M${x} ${y}v-14m-4 5l4 -5l4 5` }));
       else nodes.push(svg("circle", { class: "wb-mark " + (mark.kind || ""), cx: x, cy: y, r: 5.5 }));
       if (mark.name) nodes.push(svg("title", { text: mark.name }));
       return nodes;

@@ -65,7 +65,9 @@ window.Workbench = window.Workbench || { views: {} };
   function goalRows(view) {
     const rows = Object.entries(view.data.goals).map(([name, goal]) => {
       const kept = goal.kept, mm = (v) => v === null || v === undefined ? "–" : W.number(1e3 * v, 3);
-      return [name, goal.cut, Math.round(goal.speed_rpm), mm(goal.depth_m), kept ? mm(kept.limit_m) : "–", kept ? `${mm(kept.interval_m[0])} – ${mm(kept.interval_m[1])}` : "–",
+      const end = (kept, v) => v === null ? `> ${mm(kept.depth_max_m)}` : mm(v); // no limit down to the depth that was searched
+      return [name, goal.cut, Math.round(goal.speed_rpm), mm(goal.depth_m), kept ? end(kept, kept.limit_m) : "–",
+        kept ? kept.interval_m[0] === null ? end(kept, null) : `${mm(kept.interval_m[0])} – ${end(kept, kept.interval_m[1])}` : "–",
         kept ? `${Math.round(100 * kept.stable_probability)} %` : "–", W.word(goal.is_old ? "state.stale" : "state.fresh")];
     });
     return rows.length ? W.section(W.word("limits"), W.table([W.word("goal"), W.word("cut"), W.word("speed"), W.word("depth"), W.word("limit"), W.word("interval"), W.word("stable"), W.word("state")], rows)) : null;
@@ -100,8 +102,8 @@ window.Workbench = window.Workbench || { views: {} };
           if (mine !== turn || place.firstChild !== title) return;
           sure.textContent = intervalWords(interval, state);
           doubted(interval.doubts);
-          marks.mine = [{ x: interval.speed_rpm, y: 1e3 * (interval.limit_m ?? interval.searched_m), low: 1e3 * interval.lower_m,
-            high: interval.upper_m === null ? Infinity : 1e3 * interval.upper_m, kind: "exact", name: W.word("interval.mark") }];
+          marks.mine = [{ x: interval.speed_rpm, y: 1e3 * (interval.limit_m ?? interval.searched_m), low: 1e3 * (interval.lower_m ?? interval.searched_m),
+            high: interval.upper_m === null ? Infinity : 1e3 * interval.upper_m, kind: interval.limit_m === null ? "above" : "exact", name: W.word(interval.limit_m === null ? "no.limit" : "interval.mark") }];
           draw();
           const curve = await W.ask("machine/curve", { ...state, count: 100 });
           if (mine !== turn || place.firstChild !== title) return;
@@ -115,7 +117,7 @@ window.Workbench = window.Workbench || { views: {} };
         const limit = answer.limit, quick = limit.quick;
         delete lines.exact; bars = []; // of another state of the sliders
         if (quick) lines.quick = { x: W.floats(quick.speeds), y: W.floats(quick.limit).map((v) => 1e3 * v), kind: "quick", name: W.word("quick") };
-        marks.mine = [{ x: limit.speed_rpm, y: 1e3 * (limit.limit_m ?? limit.searched_m), kind: "exact", name: W.word("exact.here") },
+        marks.mine = [{ x: limit.speed_rpm, y: 1e3 * (limit.limit_m ?? limit.searched_m), kind: limit.limit_m === null ? "above" : "exact", name: W.word(limit.limit_m === null ? "no.limit" : "exact.here") },
           ...(state.cut_values.depth ? [{ x: limit.speed_rpm, y: 1e3 * state.cut_values.depth, kind: "goal", name: W.word("asked") }] : [])];
         words.textContent = W.word("deep", { speed: Math.round(limit.speed_rpm), depth: limit.limit_m === null ? `> ${W.number(1e3 * limit.searched_m, 3)} mm` : `${W.number(1e3 * limit.limit_m, 3)} mm` })
           + (limit.chatter_hz ? W.word("chatter.at", { f: W.number(limit.chatter_hz, 4) }) : "");

@@ -15,7 +15,7 @@ window.Workbench = window.Workbench || { views: {} };
     return chart;
   }
 
-  // Joints coloured by how soft they are (share of the tool's yielding) or by how sure (half width of their widest spring).
+  // Joints coloured by their share of the tool's compliance, or by uncertainty (half width of their widest spring).
   function jointColours(data, scene) {
     const joints = {};
     for (const spring of data.springs) {
@@ -64,7 +64,8 @@ window.Workbench = window.Workbench || { views: {} };
         if (answer.limit && answer.limit.quick) {
           const quick = answer.limit.quick;
           lobes.set({ lines: [{ x: W.floats(quick.speeds), y: W.floats(quick.limit).map((v) => 1e3 * v), kind: "quick", name: W.word("quick") }],
-            marks: [{ x: answer.limit.speed_rpm, y: 1e3 * (answer.limit.limit_m ?? answer.limit.searched_m), kind: answer.limit.is_exact ? "exact" : "", name: W.word(answer.limit.is_exact ? "exact.here" : "quick") }] });
+            marks: [{ x: answer.limit.speed_rpm, y: 1e3 * (answer.limit.limit_m ?? answer.limit.searched_m), 
+              kind: answer.limit.limit_m === null ? "above" : answer.limit.is_exact ? "exact" : "", name: W.word(answer.limit.limit_m === null ? "no.limit" : answer.limit.is_exact ? "exact.here" : "quick") }] });
         }
         live.replaceChildren(W.doubts(W.newDoubts(view, answer.doubts)));
         W.fillSame(same, answer.commands, answer.calls);

@@ -42,12 +42,13 @@ window.Workbench = window.Workbench || { views: {} };
       view.touch();
     }
 
-    // While something is moved the mode stands still: a frame of it would come before the answer's.
+    // While something is moved the mode stands still, drawn without smoothing: a frame of it would come before the answer's.
     hold() {
       const view = this.view;
-      if (view.playing) { view.playing = false; this.isHeld = true; }
+      if (view.playing) { view.playing = false; this.wasPlaying = true; }
+      view.isHeld = true;
       clearTimeout(this.timer);
-      this.timer = setTimeout(() => { if (this.isHeld) { this.isHeld = false; view.play(true); } }, 700);
+      this.timer = setTimeout(() => { view.isHeld = false; view.touch(); if (this.wasPlaying) { this.wasPlaying = false; view.play(true); } }, 700);
     }
 
     update({ nodes, shape, mode, frequency_hz: frequency, damping_ratio: damping }) {

@@ -30,7 +30,7 @@ window.Workbench = window.Workbench || { views: {} };
     const rows = names.map((name) => {
       const goal = goals[name], [low, high] = goal.interval_m, above = `> ${millimetres(goal.depth_max_m)}`;
       return [name, Math.round(goal.speed_rpm), millimetres(goal.depth_m), goal.limit_m === null ? above : millimetres(goal.limit_m),
-        `${millimetres(low)} – ${high === null ? above : millimetres(high)}`, `${Math.round(100 * goal.stable_probability)} %`];
+        low === null ? above : `${millimetres(low)} – ${high === null ? above : millimetres(high)}`, `${Math.round(100 * goal.stable_probability)} %`];
     });
     return W.section(W.word("limits"), W.table([W.word("goal"), W.word("speed"), W.word("depth"), W.word("limit"), W.word("interval"), W.word("stable")], rows));
   }

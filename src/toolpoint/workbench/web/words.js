@@ -23,8 +23,9 @@ window.Workbench = window.Workbench || { views: {} };
   // A template is a sentence with places for numbers and names; a longer text is taken apart at its sentences, at the remedy
   // (after "; ") and at the part that a doubt is about (before ": "), which is a name or stands in the catalogue too.
   // {z} stands for a sentence that must stand in the catalogue itself, {l} for a list, any other
-  // letter for a number or a name: no sentence ends in it.
+  // letter for a number or a name: no sentence ends in it. {m} and {n} are of what a doubt is about: no colon stands in them.
   const PLACE = "(?:(?!; |[.?!] [A-Z0-9]).)+?";
+  const PLACES = { z: ".+", l: ".+?", m: "[^:;]+?", n: "[^:;]+?" };
   const LONGEST_NAME = 60; // letters of what a doubt is about, where no catalogue knows it
   const SPLITS = [[/(?<=[.?!]) (?=[A-Z0-9])/, " "], [/; /, "; "]];
   function translate(text) {
@@ -48,7 +49,7 @@ window.Workbench = window.Workbench || { views: {} };
   };
   function readSentences(pairs) {
     const plain = (part) => part.replace(/[.*+?^${}()|[\]\\]/g, "\\$&");
-    sentences = pairs.map(([said, words]) => [new RegExp("^" + said.split(/\{(\w)\}/).map((part, i) => i % 2 ? `(?<${part}>${part === "z" ? ".+" : part === "l" ? ".+?" : PLACE})` : plain(part)).join("") + "$"), words]);
+    sentences = pairs.map(([said, words]) => [new RegExp("^" + said.split(/\{(\w)\}/).map((part, i) => i % 2 ? `(?<${part}>${PLACES[part] || PLACE})` : plain(part)).join("") + "$"), words]);
   }
 
   W.loadWords = async function () {

@@ -2,7 +2,8 @@ r"""ZeroOrder: the single-frequency stability solution with the full cross respo
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
 from typing import ClassVar
 
 import numpy as np
@@ -17,6 +18,10 @@ from toolpoint.cutting.stability.warm_start import WarmStart
 KNOWN_ERROR = ("single-frequency solution: the directional factors are replaced by their mean; usual error 2-15 % at "
                "half immersion, up to 175 % at flip lobes of small immersion; flip lobes and islands are not found; "
                "compare with FloquetDeterminant")
+
+MAX_REFINEMENTS = 60  # of a crossing between two lines
+PERIODS_TOLERANCE = 1e-13  # misfit of a lobe's number, periods, at which its crossing is refined
+MAX_PERIODS_MISFIT = 1e-6  # above, a bracket holds no crossing
 
 
 @dataclass(frozen=True)
@@ -97,8 +102,9 @@ def _solve_group(problem: MillingProblem | TurningProblem, speeds: FloatArray, g
     f = _frequency_lines(plane, lines, period)
     curves = Curves(plane, matrix, lag, isinstance(problem, TurningProblem))
     inverse = curves.inverse(f)  # of both branches at once: the responses at all lines are most of the work
-    branches = [_crossings(curves, (f, inverse[:, branch]), branch, period, depth_max) for branch in (0, 1)]
-    speed_index, depth, frequency, change = (np.concatenate(c) for c in zip(*branches))
+    # Both branches are refined at once: a response at few frequencies costs its calls, not its numbers.
+    brackets = _Brackets.joined([_brackets(curves, (f, inverse[:, branch]), branch, period, depth_max) for branch in (0, 1)])
+    speed_index, depth, frequency, change = _refine_crossings(curves, brackets, period, depth_max)
     theta = np.abs(np.angle(np.exp(2j * np.pi * frequency * period[speed_index])))
     return group[speed_index], depth, theta, frequency, change, 1e-9 * depth + (0 if plane.is_modal else 1e-6 * depth)
 
@@ -160,16 +166,19 @@ class Curves:
         pick = np.argmin(np.where(np.isnan(values), np.inf, np.abs(values - guess[:, None])), axis=1)
         return values[np.arange(f.size), pick]
 
-    def depth(self, inverse: ComplexArray, f: FloatArray, branch: int) -> tuple[FloatArray, FloatArray]:
-        """Return the real depth w (NaN where there is none) and phase e = w_c T mod 2 pi on the curve."""
+    def depth(self, inverse: ComplexArray, f: FloatArray, branch: Array) -> tuple[FloatArray, FloatArray]:
+        """Return the real depth w (NaN where there is none) and phase e = w_c T mod 2 pi on the curve.
+
+        branch : (n,), 0 or 1.
+        """
         drag = 2 * np.pi * f * self.lag
         square, linear = np.abs(inverse) ** 2, inverse.real + inverse.imag * drag
         with np.errstate(divide="ignore", invalid="ignore"):
             root = np.sqrt(linear**2 - square * drag**2)
-            u = (linear + (root if branch == 0 or not self.single else -root)) / square
+            u = (linear + (np.where(branch == 0, root, -root) if self.single else root)) / square
             u = np.where(u > 0, u, np.nan)
-            if self.single and branch == 1 and self.lag == 0:
-                u = np.full_like(u, np.nan)
+            if self.single and self.lag == 0:
+                u = np.where(branch == 1, np.nan, u)
             q = inverse * u - 1j * drag
             return 1 / u, 2 * np.arctan2(q.real, q.imag)
 
@@ -187,19 +196,36 @@ def _invert(values: ComplexArray) -> ComplexArray:
     return np.where(zero, np.nan, 1 / np.where(zero, 1, values))
 
 
-def _crossings(curves: Curves, points: tuple[FloatArray, ComplexArray], branch: int, period: FloatArray,
-               depth_max: float) -> tuple[Array, FloatArray, FloatArray, Array]:
-    """Return the crossings of one branch with every speed: place of the speed, depth, frequency, change of the unstable
-    count.
+@dataclass(frozen=True)
+class _Brackets:
+    """Neighbouring lines between which a branch crosses a lobe of a speed, (n,) each.
+
+    f0, f1 : Hz; v0, v1 : inverse eigenvalue there; lobe : whole number of periods; speed : its place; branch : 0 or 1.
+    """
+
+    f0: FloatArray
+    f1: FloatArray
+    v0: ComplexArray
+    v1: ComplexArray
+    lobe: FloatArray
+    speed: Array
+    branch: Array
+
+    @classmethod
+    def joined(cls, parts: Sequence[_Brackets]) -> _Brackets:
+        return cls(*(np.concatenate([getattr(part, field.name) for part in parts]) for field in fields(cls)))
+
+
+def _brackets(curves: Curves, points: tuple[FloatArray, ComplexArray], branch: int, period: FloatArray,
+              depth_max: float) -> _Brackets:
+    """Return the brackets of the crossings of one branch with every speed.
 
     points : frequencies, Hz, and the inverse eigenvalue of the branch at each.
     """
     f, inverse = points
-    w, e = curves.depth(inverse, f, branch)
+    w, e = curves.depth(inverse, f, np.full(f.size, branch))
     lower_depth = np.fmin(w[:-1], w[1:])
     both = np.flatnonzero(np.isfinite(w[:-1]) & np.isfinite(w[1:]) & (lower_depth <= 3 * depth_max))
-    if both.size == 0:
-        return np.zeros(0, int), np.zeros(0), np.zeros(0), np.zeros(0, int)
     a = f[both] * period[:, None] - e[both] / (2 * np.pi)
     b = f[both + 1] * period[:, None] - e[both + 1] / (2 * np.pi)
     first, last = np.ceil(np.minimum(a, b)), np.floor(np.maximum(a, b))
@@ -207,32 +233,39 @@ def _crossings(curves: Curves, points: tuple[FloatArray, ComplexArray], branch: 
     repeat = (last - first + 1)[s, i].astype(int)
     number = np.arange(repeat.sum()) - np.repeat(np.cumsum(repeat) - repeat, repeat)
     lobe = np.repeat(first[s, i], repeat) + number
-    s, i = np.repeat(s, repeat), np.repeat(i, repeat)
-    return _refine_crossings(curves, (f, inverse, both[i]), lobe, s, branch, period, depth_max)
+    s, line = np.repeat(s, repeat), both[np.repeat(i, repeat)]
+    return _Brackets(f[line], f[line + 1], inverse[line], inverse[line + 1], lobe, s, np.full(s.size, branch))
 
 
-def _refine_crossings(curves: Curves, bracket: tuple[FloatArray, ComplexArray, Array], lobe: FloatArray, s: Array, branch: int,
-                      period: FloatArray, depth_max: float) -> tuple[Array, FloatArray, FloatArray, Array]:
-    """Solve f T - e(f)/2 pi = lobe in each bracket by false position (Illinois)."""
-    f, inverse, line = bracket
-    x0, x1, v0, v1, t = f[line].copy(), f[line + 1].copy(), inverse[line], inverse[line + 1], period[s]
+def _refine_crossings(curves: Curves, brackets: _Brackets, period: FloatArray, depth_max: float
+                      ) -> tuple[Array, FloatArray, FloatArray, Array]:
+    """Solve f T - e(f)/2 pi = lobe in each bracket by false position (Illinois).
+
+    Returns for every crossing the place of the speed, depth, frequency, and change of the unstable count.
+    """
+    frequency, inverse, misfit = brackets.f1.copy(), brackets.v1.copy(), np.full(brackets.speed.size, np.inf)
+    x0, x1, v0, v1, left = brackets.f0, brackets.f1, brackets.v0, brackets.v1, np.arange(brackets.speed.size)
 
     def gap(x: FloatArray, v: ComplexArray) -> FloatArray:
-        return x * t - curves.depth(v, x, branch)[1] / (2 * np.pi) - lobe
+        phase = curves.depth(v, x, brackets.branch[left])[1]
+        return x * period[brackets.speed[left]] - phase / (2 * np.pi) - brackets.lobe[left]
 
     g0, g1 = gap(x0, v0), gap(x1, v1)
-    for _ in range(60):
+    for _ in range(MAX_REFINEMENTS):
+        if not left.size:
+            break
         step = np.where(g1 != g0, g1 - g0, 1.0)
         x = np.clip(x1 - g1 * (x1 - x0) / step, np.minimum(x0, x1), np.maximum(x0, x1))
         part = np.where(x1 != x0, (x - x0) / np.where(x1 != x0, x1 - x0, 1.0), 0.0)
         v = curves.near(x, v0 + part * (v1 - v0))
         g = gap(x, v)
+        frequency[left], inverse[left], misfit[left] = x, v, np.abs(g)
         other = np.sign(g) != np.sign(g1)
         g0, x0, v0 = np.where(other, g1, g0 / 2), np.where(other, x1, x0), np.where(other, v1, v0)
-        x1, g1, v1 = x, g, v
-        if np.abs(g).max(initial=0.0) < 1e-13:
-            break
-    depth = curves.depth(v1, x1, branch)[0]
-    keep = (depth <= depth_max) & (np.abs(g1) < 1e-6)
-    s, x1, v1 = s[keep], x1[keep], v1[keep]
-    return s, depth[keep], x1, curves.change(x1, period[s], v1)
+        is_open = ~(np.abs(g) < PERIODS_TOLERANCE)
+        left, g0, x0, v0 = left[is_open], g0[is_open], x0[is_open], v0[is_open]
+        g1, x1, v1 = g[is_open], x[is_open], v[is_open]
+    depth = curves.depth(inverse, frequency, brackets.branch)[0]
+    keep = (depth <= depth_max) & (misfit < MAX_PERIODS_MISFIT)
+    s, frequency, inverse = brackets.speed[keep], frequency[keep], inverse[keep]
+    return s, depth[keep], frequency, curves.change(frequency, period[s], inverse)

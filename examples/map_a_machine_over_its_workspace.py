@@ -1,0 +1,27 @@
+"""A machine at its poses, its frequencies and its tool's stiffness over two axes, as a page (as `toolpoint demo gantry`)."""
+
+import tempfile
+from importlib import resources
+
+import numpy as np
+
+from toolpoint.cutting import ZeroOrder
+from toolpoint.io import read_machine
+from toolpoint.pages import workspace_page
+from toolpoint.studies import study_workspace
+
+
+def main() -> float:
+    """Return the tool's least static stiffness along z over its greatest."""
+    with resources.as_file(resources.files("toolpoint.app") / "machines" / "gantry.yaml") as path:
+        machine, text = read_machine(path), path.read_text(encoding="utf-8")
+    study = study_workspace(machine, {"Y": np.linspace(-1, 1, 5), "X": np.linspace(-0.8, 0.8, 5)}, method=ZeroOrder())
+    print(study.table())
+    with tempfile.TemporaryDirectory() as folder:
+        print(workspace_page(study, source=text, file_name="gantry.yaml").save(folder))
+    along_z = study.stiffness.stiffness[..., 2]
+    return float(along_z.min() / along_z.max())
+
+
+if __name__ == "__main__":
+    main()
