@@ -24,7 +24,7 @@ from toolpoint.machine.description import (
 )
 from toolpoint.machine.description.project_plan import TriedCut
 from toolpoint.project import Project, write_folder
-from toolpoint.project.limits.changes import rank_joints
+from toolpoint.project.limits.changes import RankedChange, lead_of, rank_joints
 from toolpoint.project.limits.drawn_limits import COEFFICIENTS_SOURCE, CutQuestion, DrawnLimits, draw_limits, quantile_of
 from toolpoint.project.limits.next_cut import choose_cut
 from toolpoint.project.limits.systems import MachineDraws, coefficient_factors
@@ -317,3 +317,14 @@ def test_a_limit_outside_the_interval_of_its_draws_is_not_believed(drawn, is_gra
     limits = DrawnLimits(CutQuestion("half", CUT, 0.1, (2500.0,), {}, 4e-3), np.array([7e-3]), np.array([1e-5]),
                          np.array([50.0]), draws, np.ones((40, 1)), np.full((40, 1), 50.0), 0.02, {}, ())
     assert [doubt.grave for doubt in question_draws(limits)] == [True] * is_grave
+
+
+@pytest.mark.parametrize(("gain", "half", "lead", "end"), [
+    (0.1, 0.02, "first: plate", "+12 %"),
+    (0.01, 0.02, "none of these is sure to raise the least limit; the best: plate", "+3 %"),
+    (-0.05, 0.01, "none of these is sure to raise the least limit; the best: plate", "worse than today")])
+def test_a_change_that_does_not_raise_the_limit_is_not_advised_first(gain, half, lead, end):
+    change = RankedChange("plate", "feet", 0.1, gain, (gain - half, gain + half), 1.0).to_dict()
+    words = lead_of([change])
+    assert words.startswith(lead) and words.endswith(end)
+    assert lead_of([]) == "no joint can be changed"

@@ -7,7 +7,7 @@ change only because a lobe moves by.
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -50,12 +50,20 @@ class RankedChange:
         """Return the change and its gain in words."""
         lower, upper = self.interval
         return (f"{self.name} (joint {self.joint}, springs {100 * self.share:+.3g} %): least limit {100 * self.gain:+.2g} %, "
-                f"95 % {100 * lower:+.2g} .. {100 * upper:+.2g} %")
+                f"95 % {100 * lower:+.2g} .. {100 * upper:+.2g} %" + (", worse than today" if upper < 0 else ""))
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data."""
         return {"name": self.name, "joint": self.joint, "stiffness_share": self.share, "gain": self.gain,
                 "gain_interval": list(self.interval), "cost": self.cost, "gain_per_cost": self.worth, "words": self.words()}
+
+
+def lead_of(changes: Sequence[Mapping[str, Any]]) -> str:
+    """Return which of ranked changes (`RankedChange.to_dict`) comes first, in words; none where no gain is sure."""
+    if not changes:
+        return "no joint can be changed"
+    is_sure = changes[0]["gain_interval"][0] > 0
+    return f"{'first' if is_sure else 'none of these is sure to raise the least limit; the best'}: {changes[0]['words']}"
 
 
 def rank_joints(systems: MachineDraws, questions: Mapping[str, CutQuestion], changes: Mapping[str, Mapping[str, Any]]

@@ -15,7 +15,7 @@ from toolpoint._doubt import Doubt, doubts_among
 from toolpoint.machine.description.project_plan import ASSUMED_COEFFICIENT_DEVIATION, CoupledTool
 from toolpoint.project.engine.step import StepOutcome
 from toolpoint.project.limits.better_speed import CERTAIN_LEVEL, find_better_speed
-from toolpoint.project.limits.changes import rank_joints
+from toolpoint.project.limits.changes import lead_of, rank_joints
 from toolpoint.project.limits.coupled_tool import couple_at
 from toolpoint.project.limits.drawn_limits import CutQuestion, DrawnLimits, draw_limits, quantile_of
 from toolpoint.project.limits.next_cut import choose_cut
@@ -169,10 +169,9 @@ def rank_changes(folder: Path, machine: Path, checked: Path, *, cuts: Mapping[st
     questions = {name: _question(goal["cut"], cuts[goal["cut"]], goal["speed"], goal["pose"], goal["depth"])
                  for name, goal in goals.items()}
     ranked = rank_joints(systems, questions, changes)
-    write_json(folder / "changes.json", {"changes": [change.to_dict() for change in ranked]})
-    best = ranked[0] if ranked else None
-    words = "no joint can be changed" if best is None else f"first: {best.words()}"
-    return StepOutcome(words)
+    listed = [change.to_dict() for change in ranked]
+    write_json(folder / "changes.json", {"changes": listed})
+    return StepOutcome(lead_of(listed))
 
 
 def choose_test(folder: Path, machine: Path, checked: Path, *, pose: Mapping[str, float],

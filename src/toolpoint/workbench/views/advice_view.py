@@ -6,6 +6,7 @@ from typing import Any
 
 from toolpoint._doubt import Doubt
 from toolpoint.project.changed_machine import change_machine
+from toolpoint.project.limits.changes import lead_of
 from toolpoint.project.steps.plain_files import read_json
 from toolpoint.studies.machines.tool_yielding import spring_paths
 from toolpoint.workbench.state.desk import Desk
@@ -29,7 +30,8 @@ def view_advice(desk: Desk) -> WorkbenchView:
                                      if path.split(".")[1] == change["joint"]}} for change in ranked]
     doubts = [Doubt("the ranking", "is of an earlier state", "run the project")] if is_stale else []
     doubts += [doubt.doubt for entry in entries.values() if entry.record is not None for doubt in entry.record.doubts]
-    answer = f"First: {ranked[0]['words']}." if ranked else "No change is ranked yet: a goal and a machine give one."
+    lead = lead_of(ranked)
+    answer = f"{lead[0].upper()}{lead[1:]}." if ranked else "No change is ranked yet: a goal and a machine give one."
     following = kept["next"] or {}
     return WorkbenchView("advice", ("Of an earlier state: " if is_stale else "") + answer, tuple(doubts),
                          (command_line("run", ".", "changes", "next"),),
