@@ -18,7 +18,8 @@ from toolpoint.studies.machining.thin_walls.wall_contacts import ThicknessAtCuts
 from toolpoint.vibration import Frf, Modes
 
 MAX_VOLUME_DIFFERENCE = 0.02  # of the removed volume, between the stock and the part
-MAX_STAGE_MESH_ERROR = 0.02  # of a frequency
+MAX_STAGE_MESH_ERROR = 0.005  # of a frequency
+FLANK_RATIO = 20  # relative change of a limit on the flank of a lobe over that of the wall's frequency
 MIN_ELEMENTS_ACROSS = 1.5  # of a wall: fewer are one
 MAX_SPREAD = 1.2  # mean square over squared mean of the motion along the cut's height
 MIN_WIDTH_LINES = 2.0  # lines of a measured tool within the half width of a resonance of the work
@@ -46,7 +47,7 @@ def question_course(part: ClampedPart, course: StageCourse, *, removed: RemovedM
                             figure=float(course.change.max())))
     if step > 2 * RESPONSE_CHANGE:
         doubts.append(Doubt("states of the work", f"{states} are solved at most; a frequency changes by up to "
-                            f"{100 * step:.1f} % between two, and a limit beside a lobe's flank by twenty times that",
+                            f"{100 * step:.1f} % between two, and a limit on a lobe's flank by {FLANK_RATIO} times that",
                             "judge a part of the program", figure=step))
     ratio = course.stages[-1].damping_ratio
     damping = f"{100 * part.damping_ratio:.2g} %, as given" if part.damping_ratio else \
@@ -122,7 +123,8 @@ def _mesh(walls: Sequence[ThicknessAtCuts], error: float | None) -> list[Doubt]:
         words.append("what it errs by is not known")
     elif is_thin or error > MAX_STAGE_MESH_ERROR:
         words.append(f"frequencies of the last stage err by about {100 * max(error, 1e-5):.2g} %, its compliance by "
-                     f"{200 * max(error, 1e-5):.2g} %")
+                     f"{200 * max(error, 1e-5):.2g} %, limits on the flank of a lobe by up to about "
+                     f"{100 * FLANK_RATIO * max(error, 1e-5):.2g} %")
     if not words:
         return []
     remedy = "a finer mesh shows what that changes"
