@@ -53,7 +53,7 @@ def test_what_is_left_of_a_rounded_place_is_said(head):
     pose = random_pose(head, np.random.default_rng(0))
     (tip,), (direction,) = tool_place(head, pose)
     study = study_reach(head, np.round(tip, 5), np.round(direction, 5))
-    assert len(study.poses) >= 1 and "um from the place" in study.table() and study.poses[0].miss < 1e-5
+    assert len(study.poses) >= 1 and "µm from the place" in study.table() and study.poses[0].miss < 1e-5
 
 
 def test_a_place_that_cannot_be_is_still_refused_with_the_way_out(head):

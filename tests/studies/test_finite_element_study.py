@@ -132,7 +132,7 @@ def test_what_is_said(study):
     assert study.correlation is not None and study.doubts
     assert "a finer mesh moves frequencies by up to +0.0 %" in study.doubts[-1]
     text = study.table()
-    for word in ("Test beside model", "the whole machine", "the column alone", "What helps the cut", "tuned damper of 3 kg",
+    for word in ("Test beside model", "The whole machine", "The column alone", "What helps the cut", "tuned damper of 3 kg",
                  "gain margin"):
         assert word in text
     html = finite_element_page(study).html()

@@ -21,6 +21,7 @@ MAX_NOISE_FRACTION, NOISY_WINDOW_COUNT = 0.25, 4  # of the responses; windows in
 CLEAR_WINDOW_COUNT = 2  # in a row behind a gap of noise that belong to the band again: a narrow mode fills no more
 FEW_RESPONSES = 5  # more of them show a mode through more noise
 MIN_DRIFT_NOISE, MAX_DRIFT_LEVEL = 0.1, 0.05  # of drift: noise fraction; accelerance over that of the strongest window
+MIN_PEAK_PLACE = 3  # of the lines of a window, from which its largest receptance is a peak
 QUIET_QUANTILE = 0.25  # of the third differences of a window, by which its noise is told from a narrow resonance
 MAX_PEAK_NOISE, MAX_HIDING_NOISE = 0.1, 0.05  # noise fraction where a peak counts; noise at the low end over that peak
 _ACCELERANCE_POWER = {"receptance": 2, "mobility": 1, "accelerance": 0}
@@ -83,10 +84,14 @@ def find_compliant_band(frf: Frf, band: UsableBand) -> UsableBand:
     starts = np.arange(first, int(np.searchsorted(lines, band.high)) - size + 1, size)
     if starts.size < 3:
         return band
-    noise_fraction = _measure_windows(frf, starts, size)[0] if frf.variance is not None else _quiet_fractions(frf, starts, size)
+    noise_fraction, _ = _measure_windows(frf, starts, size)
     values = np.abs(frf.values.reshape(lines.size, -1)[:, 0]) / (2 * np.pi * np.maximum(lines, lines[first])) ** (
         2 - _ACCELERANCE_POWER[frf.quantity])
     peak = np.array([values[start:start + size].max() for start in starts])
+    if frf.variance is None:
+        # What falls from the first lines of a window on may be drift, which a resonance inside is not.
+        has_peak = np.array([values[start:start + size].argmax() >= MIN_PEAK_PLACE for start in starts])
+        noise_fraction = np.where(has_peak, _quiet_fractions(frf, starts, size), noise_fraction)
     noise = noise_fraction * np.array([np.sqrt((values[start:start + size] ** 2).mean()) for start in starts])
     is_clear = noise_fraction < MAX_PEAK_NOISE
     if not is_clear.any():
@@ -127,7 +132,7 @@ def _quiet_fractions(frf: Frf, starts: np.ndarray, size: int) -> FloatArray:
     """Return the noise fraction of every window of the first response, by its quieter lines.
 
     A resonance of few lines has third differences of its own, about its peak alone: by their mean the softest mode of a tip
-    counts as noise. Noise and drift are in all lines of a window.
+    counts as noise, which is in all lines of a window.
     """
     values = frf.values.reshape(frf.frequency.size, -1)[:, 0] * frf.omega ** _ACCELERANCE_POWER[frf.quantity]
     windows = values[int(starts[0]):int(starts[0]) + starts.size * size].reshape(starts.size, size)
