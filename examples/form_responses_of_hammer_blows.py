@@ -7,7 +7,7 @@ import numpy as np
 
 from toolpoint.io import read_records, write_frf
 from toolpoint.modal_identification import without_window
-from toolpoint.pages.measured.hammer_records import hammer_page
+from toolpoint.pages import records_page
 from toolpoint.studies import identify_modes, study_hammer_records
 from toolpoint.vibration import Modes, Record
 from toolpoint.vibration.simulation.time_response import modal_superposition
@@ -35,7 +35,7 @@ def main() -> int:
         # The window damps; its share goes by the modes.
         free = without_window(result.frf, identify_modes(result.frf).modes)
         write_frf(free, Path(folder) / "tip.h5")
-        print(hammer_page(result).save(Path(folder) / "page"))
+        print(records_page(result).save(Path(folder) / "page"))
     return result.used
 
 

@@ -43,14 +43,7 @@ def records_page(result: HammerStudy | ShakerStudy, warnings: Sequence[str] = ()
 
     Examples
     --------
-    >>> import numpy as np
-    >>> from toolpoint.signals import ShakerSettings
-    >>> from toolpoint.studies import study_shaker_records
-    >>> from toolpoint.vibration import Record
-    >>> force = np.random.default_rng(3).standard_normal((20000, 1))
-    >>> record = Record(np.hstack([force, 2e-6 * force]), 1000.0, ["1:+x", "1:+x"], ["force", "displacement"])
-    >>> records_page(study_shaker_records([record], ShakerSettings(2.0))).title
-    'Test'
+    Runs in ``examples/form_responses_of_hammer_blows.py``.
     """
     if isinstance(result, ShakerStudy):
         return shaker_page(result, warnings, title)
