@@ -12,15 +12,15 @@ from toolpoint.studies import study_workspace
 
 
 def main() -> float:
-    """Return the tool's least static stiffness along z over its greatest."""
+    """Return the sum of the compliances along x, y and z over that of the principal ones: 1, the trace of a matrix."""
     with resources.as_file(resources.files("toolpoint.app") / "machines" / "gantry.yaml") as path:
         machine, text = read_machine(path), path.read_text(encoding="utf-8")
     study = study_workspace(machine, {"Y": np.linspace(-1, 1, 5), "X": np.linspace(-0.8, 0.8, 5)}, method=ZeroOrder())
     print(study.table())
     with tempfile.TemporaryDirectory() as folder:
         print(workspace_page(study, source=text, file_name="gantry.yaml").save(folder))
-    along_z = study.stiffness.stiffness[..., 2]
-    return float(along_z.min() / along_z.max())
+    compliance = 1 / study.stiffness.stiffness
+    return float((compliance[..., :3].sum(axis=-1) / compliance[..., 3:].sum(axis=-1)).mean())
 
 
 if __name__ == "__main__":
