@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from toolpoint.studies.cuts.tool_dynamics import machine_dynamics, modal_dynamics, response_dynamics, separate_dynamics
     from toolpoint.studies.cuts.turning.study import TurningCut, chart_turning
     from toolpoint.studies.cuts.uncertain_cut import Uncertainty, propose_speeds
-    from toolpoint.studies.cuts.work_dynamics import with_work
+    from toolpoint.studies.cuts.work_dynamics import machine_work, with_work
     from toolpoint.studies.drift.drift_study import study_drift
     from toolpoint.studies.drift.mode_changes import Repeatability
     from toolpoint.studies.environment import core_count, examine_environment
@@ -201,6 +201,7 @@ __all__ = [
     "list_points",
     "listen",
     "machine_dynamics",
+    "machine_work",
     "magnify_motion",
     "map_chatter",
     "map_frequencies",
@@ -308,7 +309,7 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "cuts.simulated_cut": ("simulate_cut",),
     "cuts.coupling.machine_spindle": ("bases_of_machine",),
     "cuts.tool_coupling": ("bases_from_gauge", "bases_of_responses", "study_tool"),
-    "cuts.work_dynamics": ("with_work",),
+    "cuts.work_dynamics": ("machine_work", "with_work"),
     "cuts.tool_dynamics": ("machine_dynamics", "modal_dynamics", "response_dynamics", "separate_dynamics"),
     "cuts.turning.study": ("TurningCut", "chart_turning"),
     "cuts.uncertain_cut": ("Uncertainty", "propose_speeds"),

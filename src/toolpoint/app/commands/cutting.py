@@ -18,7 +18,7 @@ from toolpoint.app.options import Axes, Depth, Files, Folder, MachineFile, Pose,
 from toolpoint.app.values import Angles, Direction, LengthRange, Lines, NewFile, Numbers, SourceFile, SpindleSpeeds
 from toolpoint.cutting.description import PARAMETERS, check_cut
 from toolpoint.io.quantities.written import read_shares, read_tried_cut
-from toolpoint.project.limits.line_draws import read_tip_file
+from toolpoint.project.limits.line_draws import read_work_file
 
 if TYPE_CHECKING:
     from toolpoint.substructuring import PlaneReceptance, SpindleReceptance
@@ -112,8 +112,8 @@ def map_chatter(run: Frame, machine: MachineFile, axes: Axes, *, feed_directions
         "Angles of the feed from x towards y, degrees; that of the cut where left out.", metavar="0,45,90|0:135:4")] = None,
                 cut: CutValues, speeds: Annotated[SpindleSpeeds | None, Help(
                     "Spindle speeds, rev/min; 60 of the cut's where left out.", metavar="3000:20000:60")] = None,
-                work: Annotated[SourceFile | None, Help("Modes of a work that gives way too, along the tool's x and y (HDF5, "
-                                                        "universal).")] = None,
+                work: Annotated[SourceFile | None, Help("Work that gives way too, along the tool's x and y: its modes (HDF5, "
+                                                        "universal), or a machine file whose tool is the place cut.")] = None,
                 method: Method = "auto", workers: Workers = 0, folder: Folder = None) -> None:
     """Chatter limits over a grid of axis positions and feed directions: where in the workspace a cut may be how deep.
 
@@ -125,7 +125,7 @@ def map_chatter(run: Frame, machine: MachineFile, axes: Axes, *, feed_directions
     described, notes = studies.cut_on(built, cut)
     result = studies.map_chatter(built, positions, described, speeds=speeds, feed_angles=feed_directions,
                                  method=cutting.stability.method_named(method, "`method`"), folder=folder,
-                                 work=None if work is None else read_tip_file(work),
+                                 work=None if work is None else read_work_file(work),
                                  engine=studies.choose_engine(workers), progress=run.progress("poses", folder))
     notes += [*result.notes, *run.warnings]
     run.present(pages.chatter_map_page, result, built, notes, notes=notes)

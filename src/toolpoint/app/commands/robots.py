@@ -73,7 +73,7 @@ def region(run: Frame, machine: MachineFile, *,
     result = studies.study_region(
         built, studies.place_grid({axis.name: axis.positions for axis in along}, origin), place_quantity,
         length=length, directions=directions, samples=samples, direction=direction, turn=turn, branch=branch, point=point,
-        step=run.step)
+        step=run.step, progress=run.progress("places"))
     run.step("page")
     run.save(pages.place_page, result.map, result.search, machine.stem)
     run.show(result)

@@ -142,7 +142,6 @@ def _question_edges(removed: RemovedMaterial, laid: ProgramPath, setup: Machinin
     plunges = ~laid.moves.rapid[removed.piece] & flat & goes_down & (removed.volume[removed.piece] > 0)
     if plunges.any():
         lines = laid.path.line[laid.moves.block[removed.piece[plunges]]]
-        doubts.append(Doubt("plunging", f"{len(set(lines.tolist()))} lines plunge with a flat end, the first line "
-                                        f"{lines[0]}: the force of its "
-                            "centre is not computed", "their loads are too low"))
+        doubts.append(Doubt("plunging", f"a flat end plunges, first in line {lines[0]} ({len(set(lines.tolist()))} in all): "
+                                        "the force of its centre is not computed", "the loads there are too low"))
     return doubts
