@@ -147,12 +147,15 @@ def _question_drives(drives: Mapping[str, float], guides: Mapping[str, Mapping[s
 
     drives : path in the machine file to stiffness, N/m; guides : as of `_question_guides`.
     """
+    others_of = {path: [other for place, other in drives.items() if place != path] for path in drives}
+    # Where the others disagree among themselves the slip is one of them: a sound drive is not doubted for its neighbour's.
+    agreed_paths = {path for path, others in others_of.items() if others and max(others) <= MAX_DRIVE_RATIO * min(others)}
     for path, value in drives.items():
-        others = [other for place, other in drives.items() if place != path]
+        others = others_of[path]
         middle = float(np.exp(np.mean(np.log(others)))) if others else value
         factor = max(value / middle, middle / value)
         led = guides[path.split(".")[1]].values()
-        if factor > MAX_DRIVE_RATIO:
+        if factor > MAX_DRIVE_RATIO and (path in agreed_paths or not agreed_paths):
             yield Doubt(path, f"{value:.3g} N/m, the other drives have about {middle:.3g} N/m", "check its digits and unit",
                         figure=factor)
         elif led and value > MAX_DRIVE_TO_GUIDE_RATIO * max(led):
