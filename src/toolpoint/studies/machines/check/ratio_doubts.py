@@ -18,10 +18,10 @@ from toolpoint.machine import Machine
 from toolpoint.machine.description import GROUND, JointDescription
 from toolpoint.machine.description.extent import body_span
 
-MAX_TURNING_RATIO = 3.5  # turning stiffness over the mean of the others of its joint, both as stated and over that of edges
+MAX_TURNING_RATIO = 4.5  # turning stiffness over the mean of the others of its joint, both as stated and over that of edges
 MAX_FOOT_RATIO = 6.0  # the same, and `MAX_GUIDE_RATIO`, for joints to the ground: levelling elements reach 5.2 (published)
 MAX_DRIVEN_TURN_RATIO = 1.5  # stiffness of a driven rotation over the stiffest other rotation of its joint
-MAX_GUIDE_RATIO = 5.0  # stiffness along a direction that no axis drives, over the mean of the others of its joint
+MAX_GUIDE_RATIO = 5.5  # stiffness along a direction that no axis drives, over the mean of the others of its joint
 MIN_RATIO_TO_OTHER_JOINTS = 1.6  # the same stiffness over the median of all other joints, which must be to the same side
 MAX_DRIVE_RATIO = 4.0  # stiffness of a linear drive over the mean of the others of the machine
 MAX_DRIVE_TO_GUIDE_RATIO = 2.0  # stiffness of a linear drive over the stiffest guide direction of its joint
