@@ -79,7 +79,13 @@ def test_a_sensor_without_a_good_hit_at_one_struck_point_is_left_out_of_both():
         return RecordSet(tuple(parts), tuple(names))
 
     study = study_hammer_records(records(0), duration=DURATION)
-    assert len(study.frf.outputs) == 3
+    assert len(study.frf.outputs) == 3 and study.doubts == ()
+    one = records(0).records[4]  # of sensor 2 struck at 2: its second hit is taken away
+    single = replace(one, samples=one.samples[:2600])
+    given = records(0)
+    with pytest.warns(ToolpointWarning, match="one hit only"):
+        study = study_hammer_records(RecordSet((*given.records[:4], single, given.records[5]), given.names), duration=DURATION)
+    assert any("in 1 of 6 set-ups (struck / first sensor: 2:+x / 2:+x)" in doubt for doubt in study.doubts)
     study = study_hammer_records(records(2403), duration=DURATION)
     assert [str(dof) for dof in study.frf.outputs] == ["1:+x", "2:+x"] and len(study.frf.inputs) == 2
     assert study.doubts[0].startswith("left out: struck at 2:+x") and study.doubts[1].startswith("sensors 3:+x: they lack")

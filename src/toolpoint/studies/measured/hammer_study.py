@@ -15,7 +15,7 @@ from toolpoint._notebook import NotebookText
 from toolpoint.signals.checks import Reciprocity, free_of_masses, reciprocity
 from toolpoint.signals.doubts import question
 from toolpoint.signals.driving_doubts import DrivingPointCheck, driving_points
-from toolpoint.signals.hammer import HammerTest, hammer_test, locate_hits
+from toolpoint.signals.hammer import ONE_HIT, HammerTest, hammer_test, locate_hits
 from toolpoint.signals.hits import Hit, HitRules
 from toolpoint.signals.record_set import RecordSet
 from toolpoint.signals.setups import join_setups
@@ -160,7 +160,7 @@ def study_hammer_records(records: RecordSet | Sequence[Record], *, duration: flo
     _check_decisions(decided, [verdict.name for verdict in verdicts])
     joined, incomplete = _join_tests([test for _, test in tests], left_out, without_hit)
     joined = free_of_masses(joined, masses or {})
-    frf, test_notes = replace(joined, notes=()), [note for _, test in tests for note in test.frf.notes]
+    frf, test_notes = replace(joined, notes=()), _name_single_hits([test for _, test in tests])
     notes = tuple(dict.fromkeys([*record_set.notes, *test_notes, *joined.notes]))
     # A note that is a doubt is listed with the doubts only.
     doubted = _join_window_doubts([note for note in notes if isinstance(note, Doubt)], len(tests))
@@ -170,6 +170,18 @@ def study_hammer_records(records: RecordSet | Sequence[Record], *, duration: flo
     band = usable_band(frf, min(test.excited for _, test in tests))
     return HammerStudy(frf, tuple(test for _, test in tests), verdicts, band, checks, tuple(reciprocity(frf)),
                        tuple(dict.fromkeys(doubts)), tuple(note for note in notes if not isinstance(note, Doubt)))
+
+
+def _name_single_hits(tests: Sequence[HammerTest]) -> list[str]:
+    """Return the notes of all set-ups; the doubt about one hit alone names those that it is about, where there are others."""
+    single = [test for test in tests if any(isinstance(note, Doubt) and note.what == ONE_HIT for note in test.frf.notes)]
+    if len(tests) == 1 or not single:
+        return [note for test in tests for note in test.frf.notes]
+    names = [f"{test.frf.inputs[0]} / {test.frf.outputs[0]}" for test in single[:MAX_LISTED_SETUPS]]
+    listed = ", ".join(names) + (f" and {len(single) - len(names)} more" if len(single) > len(names) else "")
+    where = f"in {len(single)} of {len(tests)} set-ups (struck / first sensor: {listed})"
+    return [Doubt(ONE_HIT, f"{note.why} {where}", note.remedy) if isinstance(note, Doubt) and note.what == ONE_HIT else note
+            for test in tests for note in test.frf.notes]
 
 
 def _join_window_doubts(doubts: Sequence[Doubt], count: int) -> tuple[Doubt, ...]:
