@@ -13,9 +13,11 @@ from toolpoint import io
 from toolpoint._check import ToolpointError, fail, one_of
 from toolpoint._doubt import Doubt
 from toolpoint.io.suffixes import YAML
+from toolpoint.machine.description.project_plan import ProjectTest
 from toolpoint.project.engine.content import file_digest
 from toolpoint.project.engine.drafts import write_whole
 from toolpoint.project.folder import PROJECT_FILE
+from toolpoint.project.recorded_tests import find_records
 
 # Kind of a file, the folder where it belongs, and what it is in words.
 FILE_KINDS = {
@@ -165,7 +167,8 @@ def add_files(folder: str | Path, files: Sequence[str | Path], kinds: Mapping[st
         _place(file, target, move=move)
         placed.append((kind, target.relative_to(root).as_posix()))
     parts = _parts_of(placed)
-    doubts += _question_entries(root, parts)
+    parts, merged = _merge_tests(root, parts)
+    doubts += [*_question_entries(root, parts), *merged]
     for place, value in parts:
         add_part(root, place, value)
     return EnteredFiles(tuple(place for _, place in placed), tuple(parts), tuple(doubts))
@@ -201,6 +204,35 @@ def _question_entries(root: Path, parts: Sequence[tuple[str, str]]) -> list[Doub
             doubts.append(Doubt(place, f"{named} was entered before, {value} takes its place",
                                 f"enter {place}: {named} again to go back, its file stays"))
     return doubts
+
+
+def _merge_tests(root: Path, parts: Sequence[tuple[str, str]]) -> tuple[list[tuple[str, str]], list[Doubt]]:
+    """Return the parts without a second test of the same records: a test file takes the place of records entered before it."""
+    tests = io.read_project(root / PROJECT_FILE).tests
+    named = set().union(*(_records_of(root, test) for test in tests.values() if test.test))
+    earlier = {name: records for name, test in tests.items() if test == ProjectTest(records=test.records)
+               and (records := _records_of(root, test))}
+    kept, doubts = list[tuple[str, str]](), list[Doubt]()
+    for place, value in parts:
+        is_records = value.startswith("{records: ")
+        if is_records and set(value.removeprefix("{records: [").removesuffix("]}").split(", ")) <= named:
+            continue
+        file = value.removeprefix("{test: ").removesuffix("}") if value.startswith("{test: ") else ""
+        files = _records_of(root, ProjectTest(test=file)) if file else set[str]()
+        name = next((name for name, records in earlier.items() if records <= files), "")
+        if name:
+            doubts.append(Doubt(f"tests.{name}", f"its records were entered before {file}, which names them: the test file "
+                                "takes their place, they are one test", "look at what it says of their channels"))
+        kept.append((f"tests.{name}" if name else place, value))
+    return kept, doubts
+
+
+def _records_of(root: Path, test: ProjectTest) -> set[str]:
+    """Return the records of a test; none where its file or pattern cannot be read, which its run says."""
+    try:
+        return set(find_records(root, "", test))
+    except (ToolpointError, OSError):
+        return set()
 
 
 def _place(file: Path, target: Path, *, move: bool) -> None:
