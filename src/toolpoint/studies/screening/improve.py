@@ -33,7 +33,9 @@ _REDUCED_TOLERANCE = 0.02  # the same of the answer with elastic bodies, whose f
 _GOAL_MARGIN = 2e-4  # relative, beyond the goal: rounding must not miss it
 
 
-GOAL_UNITS = {"depth limit": ("mm", 1e3), "position error": ("µm", 1e6)}  # unit in which a goal is typed and printed, by answer
+# Unit in which a goal is printed, by answer.
+GOAL_UNITS = {"response peak": ("µm/N", 1e6), "static compliance": ("µm/N", 1e6), "depth limit": ("mm", 1e3),
+              "position error": ("µm", 1e6)}
 # Basis of an answer whose name alone does not give it.
 BASIS = {"depth limit": "depth limit: the least over all speeds by the single-frequency solution; the exact chart (lobes) "
                         "differs by some per cent, at flip lobes by more, and the least of a range of speeds lies above it"}
