@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from toolpoint.studies.cuts.simulated_cut import simulate_cut
     from toolpoint.studies.cuts.tool_coupling import bases_from_gauge, bases_of_responses, study_tool
     from toolpoint.studies.cuts.tool_dynamics import machine_dynamics, modal_dynamics, response_dynamics, separate_dynamics
-    from toolpoint.studies.cuts.turning.study import TurningCut, chart_turning
+    from toolpoint.studies.cuts.turning.study import TurningCut, chart_turning, describe_turning
     from toolpoint.studies.cuts.uncertain_cut import Uncertainty, propose_speeds
     from toolpoint.studies.cuts.work_dynamics import machine_work, with_work
     from toolpoint.studies.drift.drift_study import study_drift
@@ -184,6 +184,7 @@ __all__ = [
     "describe_machining",
     "describe_part",
     "describe_shaker",
+    "describe_turning",
     "draw_conclusions",
     "examine_environment",
     "film_machine",
@@ -311,7 +312,7 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "cuts.tool_coupling": ("bases_from_gauge", "bases_of_responses", "study_tool"),
     "cuts.work_dynamics": ("machine_work", "with_work"),
     "cuts.tool_dynamics": ("machine_dynamics", "modal_dynamics", "response_dynamics", "separate_dynamics"),
-    "cuts.turning.study": ("TurningCut", "chart_turning"),
+    "cuts.turning.study": ("TurningCut", "chart_turning", "describe_turning"),
     "cuts.uncertain_cut": ("Uncertainty", "propose_speeds"),
     "drift.drift_study": ("study_drift",),
     "drift.mode_changes": ("Repeatability",),

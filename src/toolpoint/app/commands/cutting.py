@@ -65,12 +65,15 @@ def lobes(run: Frame, source: Dynamics, cut: CutValues, *, speeds: Speeds = None
 
 @command()
 def turn(run: Frame, source: Dynamics, *,
-         kf: Annotated[float, Help("Cutting coefficient along the thickness of the chip, N/mm^2.", above=0, scale=1e6)],
+         kf: Annotated[float | None, Help("Cutting coefficient along the thickness of the chip, N/mm^2; or --material.",
+                                          above=0, scale=1e6)] = None,
+         material: Annotated[str | None, Help("Coefficients of the literature table (K_n as K_f, and K_t); --kf and --kt take "
+                                              "their place.", metavar="NAME[:SET]")] = None,
          direction: Annotated[Direction | None, Help("Direction in which the chip is thick, from the work into the tool: an "
                                                      "axis, an angle from x towards y, or a vector; x where left out.",
                                                      metavar="x|y|z|30deg|1,0,0.5")] = None,
-         kt: Annotated[float, Help("Coefficient along the cutting speed, N/mm^2; it matters where the structure bends from one "
-                                   "direction into the other.", scale=1e6)] = 0.0,
+         kt: Annotated[float | None, Help("Coefficient along the cutting speed, N/mm^2; it matters where the structure bends "
+                                          "from one direction into the other.", scale=1e6)] = None,
          cutting_direction: Annotated[Direction | None, Help("Way of the work past the edge, for --kt; y where left out.",
                                                              metavar="x|y|z|...")] = None,
          speeds: Annotated[SpindleSpeeds | None, Help("Spindle speeds, rev/min.", metavar="300:6000:400")] = None,
@@ -81,10 +84,11 @@ def turn(run: Frame, source: Dynamics, *,
              "Cutting speed held at every spindle speed, m/min.", scale=1 / 60,
              excludes="--diameter, with which it grows with the spindle speed")] = None) -> None:
     """Stability lobes of a turning cut: stable widths over spindle speed, and the width that is stable at every speed."""
+    cut = studies.describe_turning(kf, kt, material=material, normal=direction, velocity=cutting_direction,
+                                   process_damping=process_damping, cutting_speed=cutting_speed, diameter=diameter)
     dynamics = source.read()
-    cut = studies.TurningCut(kf, kt, direction, cutting_direction, process_damping, cutting_speed, diameter)
     result = studies.chart_turning(dynamics, cut, speeds).noted(run.warnings)
-    run.present(pages.turning_page, result, notes=result.chart.notes)
+    run.present(pages.turning_page, result, notes=result.chart.notes, has_answer=False)
 
 
 @command(page=False)

@@ -120,4 +120,4 @@ def campbell(run: Frame, machine: MachineFile, *,
     """Natural frequencies of a machine with spinning bodies over the spindle speed, whirl and critical speeds."""
     built = io.read_machine_at(machine, pose)
     run.step("modes at every speed")
-    run.present(pages.campbell_page, studies.map_speeds(built, speeds, count, pose=pose, orders=orders))
+    run.present(pages.campbell_page, studies.map_speeds(built, speeds, count, pose=pose, orders=orders), has_answer=False)
