@@ -30,6 +30,7 @@ def robot():
 
 @pytest.mark.parametrize("answer", [ResponsePeak(static=True), ResponsePeak(), DepthLimit(CUT), PeriodicError(CUT, 15000,
                                                                                                               5e-4)])
+@pytest.mark.default_cases(2)
 def test_slopes_are_exact(robot, answer):
     factors = [*FACTORS, Factor("mass", ("bodies.link6.mass",), 0.5, 1.0)]
     model = _AffineModel.of(robot, factors, [{"q2": 0.2}])

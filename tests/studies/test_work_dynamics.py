@@ -39,6 +39,7 @@ def wall(kind):
 
 @pytest.mark.parametrize("second", ["modes", "lines"])
 @pytest.mark.parametrize("first", ["modes", "lines"])
+@pytest.mark.default_cases(2)
 def test_both_are_the_response_of_one_structure(first, second):
     expected = frequency_response.modal(whole(), LINES, BOTH_LABELS, inputs=BOTH_LABELS).values
     for one, other in ((tip(first), wall(second)), (wall(second), tip(first))):

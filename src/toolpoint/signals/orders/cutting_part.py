@@ -14,7 +14,6 @@ MIN_CUT_SECONDS = 0.65  # of a loud part: a shorter one is a beat or a knock
 MARGIN_SECONDS = 0.06  # left out at both ends of a cut: entry, exit, and what rings down
 LARGE_SAMPLE_RATIO = 0.98  # of the largest sample: what clipped samples exceed
 MIN_CLIPPED_RUN = 3  # samples in a row
-CLIPPED_FRACTION = 2e-4  # of the samples, in runs: more is clipping
 
 
 @dataclass(frozen=True)
