@@ -332,8 +332,8 @@ def send_form(page: Any, name: str) -> str:
 
 def test_from_an_empty_folder_to_a_limit_by_clicks_alone_and_the_commands_give_the_same_bytes(run_demo, serve, tab, tmp_path):
     """Raw records, a test file, places and components are dropped in; a cut and a goal are typed; the project is run."""
-    folder, shell = tmp_path / "clicked", tmp_path / "typed"
-    folder.mkdir()
+    folder, shell = tmp_path / "clicked" / "mill", tmp_path / "typed" / "mill"  # a project is called as its folder
+    folder.mkdir(parents=True)
     files = [*sorted((run_demo / "records").iterdir()), run_demo / "components.yaml", run_demo / "points.csv"]
     page = tab(serve(folder).address)
     ready(page, "project")
@@ -358,7 +358,7 @@ def test_from_an_empty_folder_to_a_limit_by_clicks_alone_and_the_commands_give_t
     page.evaluate("location.hash = '#/machine'")
     ready(page, "machine")
     assert "column_head" in page.inner_text(".answer")  # the soft joint
-    shell.mkdir()
+    shell.mkdir(parents=True)
     for command in commands:
         words = shlex.split(command)[1:]
         if "FROM" in command:  # the files as a person names them, who has them elsewhere
