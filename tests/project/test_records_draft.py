@@ -43,6 +43,14 @@ def test_records_of_two_references_become_a_test(records, tmp_path):
     assert draft_test(root) is None  # its records belong to a test now
 
 
+def test_what_lies_beside_records_is_none(tmp_path):
+    """A test file that the project names, a table of settings and words about records are no records."""
+    root = write_folder(tmp_path / "mill").parent
+    for name in ("structure.yaml", "README.txt", "notes.pdf", "hits.uff"):
+        (root / "records" / name).write_text("toolpoint: 1\n")
+    assert draft_test(root) is None
+
+
 @pytest.mark.parametrize(("change", "words"), [
     ({"channels": ("1=pressure",)}, "no quantity"), ({"channels": ("9=force", *ROVING[1:])}, "no channel '9'"),
     ({"pattern": "Q{output}_*"}, "does not fit"), ({"records": ("../incoming/*.mat",)}, "in the project's folder"),

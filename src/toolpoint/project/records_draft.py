@@ -14,11 +14,12 @@ from toolpoint._check import ToolpointError
 from toolpoint.io.measured.channels import guess_quantity
 from toolpoint.io.measured.name_patterns import dof_of
 from toolpoint.io.measured.record_files import ROVING, read_columns
+from toolpoint.io.suffixes import HDF5, LVM, MATLAB, NUMPY, TDMS, TEXT, WAV
 from toolpoint.machine.description.project_plan import ProjectDescription
 from toolpoint.project.folder import PROJECT_FILE
 
 RECORDS_FOLDER = "records"  # of a project
-UNIVERSAL_SUFFIXES = (".uff", ".unv", ".uf")  # whose channels say what they are
+UNLABELLED_SUFFIXES = (*TEXT, *LVM, *WAV, *TDMS, *MATLAB, *NUMPY, *HDF5)  # of records; universal ones say what they are
 DIRECTIONS = ("+x", "+y", "+z")  # of a sensor's channels, in the order of most of them
 MAX_DRAFTED_CHANNELS = 16
 
@@ -108,7 +109,7 @@ def _unnamed_records(root: Path, described: ProjectDescription) -> list[Path]:
     named = _named_records(root, described)
     files = [file for file in sorted((root / RECORDS_FOLDER).glob("*")) if file.is_file() and file not in named
              and file.resolve().is_relative_to(root.resolve())  # a page may not show another's columns
-             and not file.name.startswith(".") and file.suffix.lower() not in UNIVERSAL_SUFFIXES]
+             and not file.name.lower().startswith((".", "readme")) and file.suffix.lower() in UNLABELLED_SUFFIXES]
     suffixes = [file.suffix for file in files]
     return [file for file in files if file.suffix == max(suffixes, key=suffixes.count)]
 
