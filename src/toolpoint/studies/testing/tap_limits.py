@@ -57,15 +57,15 @@ class SpeedToUse:
 class TapLimits:
     """Limits of a tapped tool, and speeds to use.
 
-    chart : exact; rough : of more speeds; low, high : ends of the 95 % interval of the exact limits over them, ratios; least :
-    those of the least limit of all speeds, which drawn tips have at other speeds.
+    chart : exact; rough : of more speeds; low, high : ends of the 95 % interval of the exact limits over them, ratios;
+    lowest_ratios : those of the least limit of all speeds, which drawn tips have at other speeds.
     """
 
     chart: StabilityChart
     rough: StabilityChart
     low: FloatArray
     high: FloatArray
-    least: tuple[float, float]
+    lowest_ratios: tuple[float, float]
     speeds: tuple[SpeedToUse, ...]
     notes: tuple[str, ...]
     problem: MillingProblem
@@ -76,7 +76,8 @@ class TapLimits:
         k = int(np.argmin(self.chart.limit))
         limit = float(min(self.chart.limit[k], self.chart.depth_max))
         error = float(self.chart.limit_error[k])
-        return limit, (limit - error) * self.least[0], (limit + error) * self.least[1], float(self.chart.speeds[k])
+        lower, upper = self.lowest_ratios
+        return limit, (limit - error) * lower, (limit + error) * upper, float(self.chart.speeds[k])
 
 
 def chart_limits(tip: TappedTip, values: Mapping[str, Any], *, speeds: tuple[float, float] | None, rng: np.random.Generator,
