@@ -32,16 +32,17 @@ def find_exchanged_names(parts: Mapping[str, Component]) -> list[ExchangedPoints
     """
     suspects = [(part, suspect) for part in parts.values() if (suspect := find_suspect(part)) is not None]
     exchanged = []
-    for (first, one), (second, other) in combinations(suspects, 2):
-        if not (_moves_as(first, one, second, other.point) and _moves_as(second, other, first, one.point)):
+    for (first, first_suspect), (second, second_suspect) in combinations(suspects, 2):
+        if not (_moves_as(first, first_suspect, second, second_suspect.point)
+                and _moves_as(second, second_suspect, first, first_suspect.point)):
             continue
-        names = first.points[one.point], second.points[other.point]
-        ratio = min(one.ratio, other.ratio)
+        names = first.points[first_suspect.point], second.points[second_suspect.point]
+        ratio = min(first_suspect.ratio, second_suspect.ratio)
         doubt = Doubt(f"points {names[0]} and {names[1]}", f"their motions are exchanged: {names[0]} moves as the place of "
                       f"{names[1]} on {second.name} does, and the reverse; without them both move as one body {ratio:.2g} "
                       f"times better. They are left out of the motions of {first.name} and {second.name}",
                       "look at the names of their records", figure=ratio)
-        for part, suspect, said in ((first, one, doubt), (second, other, None)):
+        for part, suspect, said in ((first, first_suspect, doubt), (second, second_suspect, None)):
             place = {part.points[suspect.point]: part.at[suspect.point]}
             exchanged.append(ExchangedPoints(part.name, (names,), place, said))
     return exchanged
