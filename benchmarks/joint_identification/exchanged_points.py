@@ -1,7 +1,8 @@
 """Two exchanged points of one body of a test: are they left out, and are the joints those without the slip.
 
-The tests are those of misplaced_points.py, four to eight points a body in turn. Every machine is identified as it is and with
-the stated places of two random points of one random body exchanged.
+The tests are those of misplaced_points.py, four to eight points a body in turn. Every machine is identified as it is, with the
+stated places of two random points of one random body exchanged, and with the measured shapes of two random points of two bodies
+exchanged (their names, in the test).
 
     python benchmarks/joint_identification/exchanged_points.py [--first 0] [--seeds 30]
 
@@ -13,6 +14,7 @@ from __future__ import annotations
 
 import sys
 import warnings
+from dataclasses import replace
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
@@ -24,6 +26,7 @@ from benchmarks.joint_identification.misplaced_points import Shapes, errors_of, 
 from toolpoint._check import ToolpointError
 
 POINTS_PER_BODY = (4, 5, 6, 8)
+TITLES = ("as it is", "exchanged", "names exchanged")
 
 
 def exchanged_pair(test: Shapes, rng: np.random.Generator) -> tuple[str, str]:
@@ -31,6 +34,18 @@ def exchanged_pair(test: Shapes, rng: np.random.Generator) -> tuple[str, str]:
     groups = list(test.case.points.components.values())
     first, second = rng.choice(groups[int(rng.integers(len(groups)))], 2, replace=False).tolist()
     return first, second
+
+
+def exchanged_names(test: Shapes, rng: np.random.Generator) -> tuple[Shapes, tuple[str, str]]:
+    """Return the test with the shapes of two random points of two bodies exchanged, and these."""
+    groups = list(test.case.points.components.values())
+    chosen = rng.choice(len(groups), 2, replace=False)
+    first, second = (str(rng.choice(groups[k])) for k in chosen)
+    rows = {name: [k for k, dof in enumerate(test.modes.dofs) if str(dof.point) == name] for name in (first, second)}
+    order = np.arange(len(test.modes.dofs))
+    order[rows[first]], order[rows[second]] = rows[second], rows[first]
+    modes = replace(test.modes, shape=test.modes.shape[order], shape_variance=test.modes.shape_variance[order])
+    return replace(test, modes=modes), (first, second)
 
 
 def answer_of(test: Shapes, points: dict, pair: tuple[str, str]) -> tuple[str, list[float], list[bool]]:
@@ -57,25 +72,26 @@ def main() -> None:
     parser.cases("seeds", 30)
     given = parser.parse_args()
     warnings.simplefilter("ignore")
-    said, errors, held = {False: [], True: []}, {False: [], True: []}, {False: [], True: []}
+    said, errors, held = ({title: [] for title in TITLES} for _ in range(3))
     for seed in range(given.first, given.first + given.seeds):
         per_body = POINTS_PER_BODY[seed % len(POINTS_PER_BODY)]
-        test = random_shapes(seed, per_body)
-        pair = exchanged_pair(test, np.random.default_rng(40_000 + seed))
+        test, rng = random_shapes(seed, per_body), np.random.default_rng(40_000 + seed)
+        pair = exchanged_pair(test, rng)
         swap = {pair[0]: test.points[pair[1]], pair[1]: test.points[pair[0]]}
+        renamed, names = exchanged_names(test, rng)
         line = f"{seed}, {per_body} points a body, {1e3 * np.linalg.norm(swap[pair[0]] - swap[pair[1]]):.0f} mm apart:"
-        for is_exchanged in (False, True):
-            words, error, inside = answer_of(test, {**test.points, **(swap if is_exchanged else {})}, pair)
-            said[is_exchanged].append(words)
-            errors[is_exchanged] += error
-            held[is_exchanged] += inside
+        cases = ((test, test.points, pair), (test, {**test.points, **swap}, pair), (renamed, test.points, names))
+        for title, (shapes, points, wrong) in zip(TITLES, cases, strict=True):
+            words, error, inside = answer_of(shapes, points, wrong)
+            said[title].append(words)
+            errors[title] += error
+            held[title] += inside
             line += f" {words}, worst {100 * max(error, default=np.nan):.1f} %;"
         print(line, file=sys.stderr, flush=True)
-    for is_exchanged, title in ((False, "as it is"), (True, "exchanged")):
-        counts = {words: said[is_exchanged].count(words) for words in sorted(set(said[is_exchanged]))}
-        print(f"{title}: {counts}; stiffness error median {100 * np.median(errors[is_exchanged]):.2f} %, worst "
-              f"{100 * max(errors[is_exchanged]):.1f} %, intervals hold {100 * np.mean(held[is_exchanged]):.0f} % of "
-              f"{len(held[is_exchanged])}")
+    for title in TITLES:
+        counts = {words: said[title].count(words) for words in sorted(set(said[title]))}
+        print(f"{title}: {counts}; stiffness error median {100 * np.median(errors[title]):.2f} %, worst "
+              f"{100 * max(errors[title]):.1f} %, intervals hold {100 * np.mean(held[title]):.0f} % of {len(held[title])}")
 
 
 if __name__ == "__main__":

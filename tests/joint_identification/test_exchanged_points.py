@@ -76,6 +76,28 @@ def test_exchanges_that_no_motion_tells_apart_are_all_named():
     assert find_wrong_points(parts).exchanged[0].pairs == ((0, 6),)
 
 
+@pytest.mark.parametrize("number", [4, 6])
+@pytest.mark.parametrize("is_known", [True, False])
+def test_exchanged_names_of_two_bodies_are_told_and_strangers_are_not(number, is_known):
+    bodies = {}
+    for name, seed in (("bed", 1), ("head", 2)):
+        parts, _ = exchanged_body(seed, (0, 0), number=number, is_known=is_known)
+        bodies[name] = replace(parts["head"], name=name, points=tuple(f"{name} {k}" for k in range(number)))
+    assert find_wrong_points(bodies).places == {}
+    rows = {"bed": slice(3, 6), "head": slice(6, 9)}  # of point 1 of the bed and point 2 of the head
+    values = {name: body.values.copy() for name, body in bodies.items()}
+    values["bed"][rows["bed"]], values["head"][rows["head"]] = (bodies["head"].values[rows["head"]],
+                                                                bodies["bed"].values[rows["bed"]])
+    swapped = {name: replace(body, values=values[name]) for name, body in bodies.items()}
+    wrong = find_wrong_points(swapped)
+    assert set(wrong.places) == {"bed 1", "head 2"} and len(wrong.doubts) == 1 and not wrong.misplaced
+    assert "bed 1 moves as the place of head 2 on head does" in wrong.doubts[0]
+    assert wrong.places["bed 1"] == pytest.approx(bodies["bed"].at[1])
+    # A point that moves with the other body at another place is a stranger, no exchange.
+    values["bed"][rows["bed"]] = bodies["head"].values[0:3]
+    assert find_wrong_points({name: replace(body, values=values[name]) for name, body in bodies.items()}).exchanged == ()
+
+
 def test_a_turned_channel_of_three_points_is_no_exchange():
     """Three points leave three conditions a mode: an exchange and a wrong channel may both mend them."""
     for seed, channel in ((11, 3), (39, 4), (68, 5), (219, 1), (0, 0), (1, 4)):

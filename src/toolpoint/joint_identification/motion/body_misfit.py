@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -12,7 +12,36 @@ from toolpoint.joint_identification.motion.measured import Component, determines
 from toolpoint.joint_identification.motion.rigid_motion import SmallMotion
 
 MAX_ROUNDING_MISFIT = 1e-16  # of what is left at the stated places: that of rounding
+MIN_PLACED_POINTS = 4  # of a component, of which one may be wrong
+MIN_POINT_MISFIT_RATIO = 6.0  # misfit with a point over that without it, and of the point as stated over that explained
+MAX_POINT_MISFIT_RATIO = 25.0  # of an explained displacement over those of the others, which their motions reach farther
 MIN_FREE_DISPLACEMENTS = 4  # of the points that are left in all modes, beyond their motions
+
+
+@dataclass(frozen=True, eq=False)
+class SuspectPoint:
+    """Point without which a component moves as one body far better; misfit : of the others; ratio : of all over it; twist : by
+    the others, (6, m)."""
+
+    point: int
+    misfit: float
+    ratio: float
+    twist: FloatArray
+
+
+def find_suspect(part: Component) -> SuspectPoint | None:
+    """Return the one point without which a component moves as one body; None where there is none, or more than one."""
+    if len(part.points) < MIN_PLACED_POINTS:
+        return None
+    total = mean_square_misfit(part, SmallMotion().twists(part))
+    rests = [leave_out_points(part, (point,)) for point in range(len(part.points))]
+    misfits = np.array([misfit for misfit, _ in rests])
+    order = np.argsort(misfits)
+    suspect, second = int(order[0]), float(misfits[order[1]])
+    min_misfit = MIN_POINT_MISFIT_RATIO * misfits[suspect]
+    if not np.isfinite(min_misfit) or total < min_misfit or second < min_misfit / 2:
+        return None
+    return SuspectPoint(suspect, float(misfits[suspect]), total / max(float(misfits[suspect]), 1e-300), rests[suspect][1])
 
 
 def point_weights(part: Component, rows: IndexArray) -> FloatArray:

@@ -47,16 +47,17 @@ MAX_SCREENED_PAIRS = 12  # of which the misfit is computed anew, without the rou
 
 @dataclass(frozen=True, eq=False)
 class ExchangedPoints:
-    """Points of a component of which two were exchanged.
+    """Points of a component of which two were exchanged, or one of which the name was exchanged with that of another's.
 
     pairs : the exchange that explains the motions, and others that the motions do not tell from it; places : by point, m, of
-    all points of the pairs, as exchanged, or by the motions of the others where there are several pairs.
+    all points of the pairs, as exchanged, or by the motions of the others where there are several pairs; doubt : None where
+    that of the other component says it.
     """
 
     component: str
     pairs: tuple[tuple[Point, Point], ...]
     places: Mapping[Point, FloatArray]
-    doubt: Doubt
+    doubt: Doubt | None
 
 
 def find_exchanged(parts: Mapping[str, Component]) -> list[ExchangedPoints]:

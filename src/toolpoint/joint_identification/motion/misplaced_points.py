@@ -20,17 +20,14 @@ import numpy as np
 from toolpoint._check import FloatArray
 from toolpoint._doubt import Doubt
 from toolpoint.joint_identification.motion.body_misfit import (
+    MAX_POINT_MISFIT_RATIO,
     MAX_ROUNDING_MISFIT,
-    leave_out_points,
-    mean_square_misfit,
+    MIN_POINT_MISFIT_RATIO,
+    find_suspect,
     shift_of_point,
 )
 from toolpoint.joint_identification.motion.measured import Component, Point
-from toolpoint.joint_identification.motion.rigid_motion import SmallMotion
 
-MIN_PLACED_POINTS = 4  # of a component, of which one may be misplaced
-MIN_PLACE_MISFIT_RATIO = 6.0  # misfit with a point over that without it, and of the point as stated over that at its new place
-MAX_PLACED_MISFIT_RATIO = 25.0  # of a displacement at the new place over those of the others, which their motions reach farther
 MIN_SHIFT_RATIO = 1e-3  # of the size of the component: less changes no joint, and may be rounding of exact shapes
 
 
@@ -51,24 +48,18 @@ def find_misplaced(parts: Mapping[str, Component]) -> list[MisplacedPoint]:
     """
     misplaced = []
     for name, part in parts.items():
-        if len(part.points) < MIN_PLACED_POINTS:
+        suspect = find_suspect(part)
+        if suspect is None:
             continue
-        total = mean_square_misfit(part, SmallMotion().twists(part))
-        misfits = np.array([leave_out_points(part, (point,))[0] for point in range(len(part.points))])
-        order = np.argsort(misfits)
-        suspect, second = int(order[0]), float(misfits[order[1]])
-        min_misfit = MIN_PLACE_MISFIT_RATIO * misfits[suspect]
-        if not np.isfinite(min_misfit) or total < min_misfit or second < min_misfit / 2:
-            continue
-        as_stated, moved, shift = shift_of_point(part, suspect)
-        freedom = max(int((part.owner == suspect).sum()) * part.values.shape[1] - 3, 1)
+        as_stated, moved, shift = shift_of_point(part, suspect.point)
+        freedom = max(int((part.owner == suspect.point).sum()) * part.values.shape[1] - 3, 1)
         # A point of another body moves otherwise wherever it is put: its best place leaves far more than noise.
-        is_explained = moved / freedom < max(MAX_PLACED_MISFIT_RATIO * misfits[suspect], MAX_ROUNDING_MISFIT * as_stated)
-        if as_stated < MIN_PLACE_MISFIT_RATIO * moved or not is_explained or (
+        is_explained = moved / freedom < max(MAX_POINT_MISFIT_RATIO * suspect.misfit, MAX_ROUNDING_MISFIT * as_stated)
+        if as_stated < MIN_POINT_MISFIT_RATIO * moved or not is_explained or (
                 np.linalg.norm(shift) < MIN_SHIFT_RATIO * part.size):
             continue
-        words = _doubt_of(part, suspect, shift, ratio=total / max(float(misfits[suspect]), 1e-300))
-        misplaced.append(MisplacedPoint(name, part.points[suspect], part.at[suspect] + shift, words))
+        words = _doubt_of(part, suspect.point, shift, ratio=suspect.ratio)
+        misplaced.append(MisplacedPoint(name, part.points[suspect.point], part.at[suspect.point] + shift, words))
     return misplaced
 
 

@@ -1,4 +1,4 @@
-"""Points that are left out of the motion of their component: exchanged ones first, then one that lies elsewhere."""
+"""Points left out of the motion of their component: exchanged places, exchanged names, then one that lies elsewhere."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from toolpoint._check import FloatArray
 from toolpoint._doubt import Doubt
 from toolpoint.joint_identification.motion.body_misfit import without_points
+from toolpoint.joint_identification.motion.exchanged_names import find_exchanged_names
 from toolpoint.joint_identification.motion.exchanged_points import ExchangedPoints, find_exchanged
 from toolpoint.joint_identification.motion.measured import Component, Point
 from toolpoint.joint_identification.motion.misplaced_points import MisplacedPoint, find_misplaced
@@ -35,7 +36,7 @@ class WrongPoints:
     @property
     def doubts(self) -> tuple[Doubt, ...]:
         """Doubts about the left-out points."""
-        return (*(each.doubt for each in self.exchanged), *(each.doubt for each in self.misplaced))
+        return (*(each.doubt for each in self.exchanged if each.doubt is not None), *(each.doubt for each in self.misplaced))
 
     def left_out_of(self, points: Mapping[Point, ArrayLike], components: Mapping[str, Sequence[Point]]
                     ) -> tuple[dict[Point, ArrayLike], dict[str, Sequence[Point]]]:
@@ -57,8 +58,16 @@ def find_wrong_points(parts: Mapping[str, Component]) -> WrongPoints:
     parts : at their stated places, with the variance of noise and coordinates.
     """
     exchanged = find_exchanged(parts)
-    parts = dict(parts)
+    parts = _without_exchanged(parts, exchanged)
+    names = find_exchanged_names(parts)
+    parts = _without_exchanged(parts, names)
+    return WrongPoints((*exchanged, *names), tuple(find_misplaced(parts)), parts)
+
+
+def _without_exchanged(parts: Mapping[str, Component], exchanged: Sequence[ExchangedPoints]) -> dict[str, Component]:
+    """Return the components without their exchanged points."""
+    result = dict(parts)
     for each in exchanged:
-        part = parts[each.component]
-        parts[each.component] = without_points(part, [part.points.index(point) for point in each.places])
-    return WrongPoints(tuple(exchanged), tuple(find_misplaced(parts)), parts)
+        part = result[each.component]
+        result[each.component] = without_points(part, [part.points.index(point) for point in each.places])
+    return result
