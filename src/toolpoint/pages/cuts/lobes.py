@@ -87,7 +87,8 @@ def _with_chart(report: Report, result: LobesStudy) -> Report:
     if result.withheld:
         words = f"What the dynamics as they were given would allow: not to be used. {words}"
     points = [] if result.withheld else [(best.speed, best.depth, "best cut, with some margin")]
-    figure = stability_chart([intervals_of(chart), StabilityCurve(chart.speeds, chart.limit, "first limit")],
+    lowest = None if result.lowest is None else (float(result.lowest.speed), float(result.lowest.depth))
+    figure = stability_chart([intervals_of(chart), StabilityCurve(chart.speeds, chart.limit, "first limit", lowest=lowest)],
                              max_depth=depth_top,
                              points=points)
     # Without a best cut any charted speed will do: the field must begin with an answer.
