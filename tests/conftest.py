@@ -73,9 +73,11 @@ def _kernel_state():
     return "\n".join([*words, *(f"{path.relative_to(ROOT)} {path.stat().st_mtime_ns}" for path in sources)])
 
 
+@pytest.hookimpl(tryfirst=True)  # before `-m` leaves out what is slow
 def pytest_collection_modifyitems(items):
     """What opens a page is marked `browser`, what starts workers `cluster`, by what each test asks for; an overflow or a
     number that is none fails a test that is not slow."""
+    _make_further_cases_slow(items)
     for item in items:
         if item.get_closest_marker("slow") is None:
             for kind in ("RuntimeWarning", "scipy.linalg.LinAlgWarning"):
@@ -84,6 +86,18 @@ def pytest_collection_modifyitems(items):
             item.add_marker("browser")
         if "dask" in item.name or "worker" in item.name:
             item.add_marker("cluster")
+
+
+def _make_further_cases_slow(items):
+    """Mark as slow what `default_cases` leaves over of a law's cases: those that stay are spread evenly over them."""
+    cases = {}
+    for item in items:
+        if item.get_closest_marker("default_cases") is not None:
+            cases.setdefault(item.nodeid.split("[")[0], []).append(item)
+    for group in cases.values():
+        kept = np.linspace(0, len(group) - 1, group[0].get_closest_marker("default_cases").args[0]).round()
+        for item in (each for number, each in enumerate(group) if number not in kept):
+            item.add_marker("slow")
 
 
 def pytest_collection_finish():

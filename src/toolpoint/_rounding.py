@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 
-DIGITS = 4
+DIGITS = 4  # significant ones, where no uncertainty says how many
 MIN_PRINTED_ERROR_RATIO = 5e-3  # of a limit: numerical errors below it move none of its three digits by more than one
 PLAIN_EXPONENTS = range(-4, 6)  # powers of ten that a person reads as digits: 14000, not 1.4e+04
 _POWER = re.compile(r"(?<![\w.])(\d(?:\.\d+)?)e([+-]\d\d)(?![\w.]\w)")

@@ -57,6 +57,7 @@ def test_a_constant_chip_does_not_ask_the_path():
 
 
 @pytest.mark.parametrize("chip", ["", "path", "constant"])
+@pytest.mark.default_cases(1)
 def test_a_feed_that_contradicts_the_described_chip_is_doubted_first(chip):
     result = mill_path(slide(), side(37.5 * FITTING), replace(SETUP, chip=chip, window=0.05), judged=False)
     (doubt,) = result.doubts

@@ -161,6 +161,7 @@ def test_regeneration_agrees_with_the_stability_chart():
 
 
 @pytest.mark.parametrize("regenerative", [False, True])
+@pytest.mark.default_cases(1)
 def test_a_cut_that_chatters_is_doubted_whatever_the_halving_says(regenerative):
     """Without feedback nothing grows, and half the step changes nothing: only the stability chart knows."""
     machine = slide()

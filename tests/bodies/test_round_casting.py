@@ -12,6 +12,7 @@ PARTS = (RoundPart(0.0, 0.3, 0.08), RoundPart(0.3, 0.35, 0.12, "flange"), RoundP
 
 
 @pytest.mark.parametrize("axis", ["x", "y", "z"])
+@pytest.mark.default_cases(1)
 def test_mass_and_moments_are_those_of_cylinders(axis):
     model = RoundCasting(PARTS, axis, (0.1, -0.2, 0.3), STEEL).meshed(0.02)
     check = check_solid(model)

@@ -67,6 +67,7 @@ def test_up_and_down_milling_of_equal_arc(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", METHODS)
+@pytest.mark.default_cases(4)
 def test_structure_and_feed_turned_together(name: str) -> None:
     """Modes in any direction of the plane, turned, and cut along the turned feed: the same limit by every method."""
     problem = three_modes()
@@ -80,6 +81,7 @@ def test_structure_and_feed_turned_together(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", METHODS)
+@pytest.mark.default_cases(4)
 def test_the_feed_reversed(name: str) -> None:
     """The cutting plane turned by 180 degrees: response and force change sign together, the limit stays."""
     problem = three_modes()
@@ -89,6 +91,7 @@ def test_the_feed_reversed(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", METHODS)
+@pytest.mark.default_cases(4)
 def test_twice_the_force_is_half_the_depth(name: str) -> None:
     """Straight edges: force is the product of coefficients and depth, so the limit goes with one over the coefficients."""
     problem = three_modes()
@@ -100,6 +103,7 @@ def test_twice_the_force_is_half_the_depth(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", HELICAL)
+@pytest.mark.default_cases(4)
 def test_helix_of_one_axial_pitch(name: str) -> None:
     """Depth pi D/(N tan helix): the matrix is constant, and the single-frequency limit is a boundary of every method.
 
@@ -117,6 +121,7 @@ def test_helix_of_one_axial_pitch(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", METHODS)
+@pytest.mark.default_cases(4)
 def test_pitch_that_becomes_equal(name: str) -> None:
     """Over a revolution the multipliers of equal pitch are the N-th powers of a tooth period's: the limit is the same."""
     problem = benchmark(Engagement.slot(), 2, tool=Tool(0.02, 4))

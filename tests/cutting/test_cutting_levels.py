@@ -77,6 +77,7 @@ ENGINES = [("after a flip", HillDeterminant()), ("45 degrees", HillDeterminant()
 
 
 @pytest.mark.parametrize(("name", "counting"), ENGINES, ids=str)
+@pytest.mark.default_cases(1)
 def test_a_stable_band_behind_the_first_limit_is_found(name: str, counting: StabilityMethod) -> None:
     """Where one multiplier comes back and others have not left yet: the largest multiplier over many levels finds the bands
     that engines find which count the multipliers near them."""

@@ -113,6 +113,7 @@ def test_helix_of_one_axial_pitch_makes_the_single_frequency_solution_exact() ->
 @pytest.mark.parametrize("tool", [Tool(0.016, 3, pitch=[1.9, 2.2, 2 * np.pi - 4.1]), Tool(0.016, 3, helix=0.5),
                                   pytest.param(Tool(0.016, 3, helix=[0.4, 0.5, 0.6]), marks=pytest.mark.slow),
                                   Tool(0.016, 2, corner_radius=0.005, helix=0.4)])
+@pytest.mark.default_cases(1)
 def test_laws_of_symmetry(tool: Tool) -> None:
     """General tools: structure and feed turned together about z, and up milling of the mirrored structure (teeth in the other
     order) give the same limits to 1e-9."""

@@ -35,6 +35,7 @@ def slot(feed: float, rng: np.random.Generator, *, rate: float, begin: float, tu
 
 
 @pytest.mark.parametrize(("rate", "begin"), [(10000.0, 0.0), (10000.0, 0.4), (9871.3, 0.0), (7321.7, 2.2)])
+@pytest.mark.default_cases(2)
 def test_straight_teeth_that_enter_in_jumps(rate: float, begin: float) -> None:
     """Samples on the very edge, on whole fractions of a revolution or not: K_n was 5 off with an interval of 0.7 N/mm^2."""
     rng, inside = np.random.default_rng(4), []

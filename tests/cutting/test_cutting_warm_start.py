@@ -52,6 +52,7 @@ def same(a: StabilityChart, b: StabilityChart) -> bool:
 
 @pytest.mark.parametrize("method", METHODS, ids=str)
 @pytest.mark.parametrize("step", [*(pytest.param(step, marks=pytest.mark.slow) for step in (0.0, 0.02)), 0.4])
+@pytest.mark.default_cases(1)
 def test_warm_charts_are_the_cold_ones(method: object, step: float) -> None:
     """Along a path in small and in large steps: the same points within the stated errors, their types and counts."""
     memory = WarmStart()

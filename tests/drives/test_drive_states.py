@@ -69,6 +69,7 @@ def steady_motion(servo, frequency):
 
 @pytest.mark.parametrize("loops", LOOPS.values(), ids=LOOPS)
 @pytest.mark.parametrize("frequency", [4.0, 20.0, 45.0])
+@pytest.mark.default_cases(9)
 def test_loops_that_are_on_answer_a_force_as_the_simulation_does(loops, frequency):
     """Friction is viscous alone, so that all is linear."""
     servo = Servo(benchmark_servo(smooth(lugre())).plant, (loops,) * 2)

@@ -92,6 +92,7 @@ DEFAULT_CASES = ("benchmark", "Stribeck", "backlash", "active damping at the too
 @needs_compiler
 @pytest.mark.parametrize("name", [name if name in DEFAULT_CASES else pytest.param(name, marks=pytest.mark.slow)
                                   for name in CASES])
+@pytest.mark.default_cases(2)
 def test_unit_equals_the_kernel(tmp_path, name):
     """Two compilations of one algorithm: they differ by what rounding moves, and rounding is measured here.
 

@@ -103,6 +103,7 @@ def test_faults_are_named_by_their_keys(tmp_path, casting, file, more, words):
 
 
 @meshed
+@pytest.mark.slow
 def test_a_step_file_is_the_casting_that_it_draws(tmp_path, casting):
     from netgen.occ import Box, Pnt
 

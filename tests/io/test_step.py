@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -21,19 +22,34 @@ INCH = "#3 = ( CONVERSION_BASED_UNIT('INCH',#9) LENGTH_UNIT() NAMED_UNIT(#8) );\
 meshed = pytest.mark.skipif(importlib.util.find_spec("netgen") is None, reason="Netgen (extra 'mesh') is not installed")
 
 
+@pytest.fixture(scope="module")
+def kept_meshes(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Meshes of this module: each answer of the mesher costs a process that loads a geometry kernel."""
+    return tmp_path_factory.mktemp("cache")
+
+
 @pytest.fixture(autouse=True)
-def own_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("TOOLPOINT_CACHE", str(tmp_path / "cache"))
+def own_cache(kept_meshes: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("TOOLPOINT_CACHE", str(kept_meshes))
+
+
+@pytest.fixture(scope="module")
+def drawn_beam(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A steel bar 200 x 20 x 30 mm with a bore of 10 mm across, from x = 100 mm on.
+
+    Drawn once: a second drawing has another date, and so other content.
+    """
+    from netgen.occ import Box, Cylinder, Pnt, Z
+
+    path = tmp_path_factory.mktemp("drawn") / "bar.step"
+    (Box(Pnt(100, 0, 0), Pnt(300, 20, 30)) - Cylinder(Pnt(200, 10, -1), Z, r=5, h=32)).WriteStep(str(path))
+    return path
 
 
 @pytest.fixture
-def beam(tmp_path: Path) -> Path:
-    """A steel bar 200 x 20 x 30 mm with a bore of 10 mm across, from x = 100 mm on."""
-    from netgen.occ import Box, Cylinder, Pnt, Z
-
-    path = tmp_path / "bar.step"
-    (Box(Pnt(100, 0, 0), Pnt(300, 20, 30)) - Cylinder(Pnt(200, 10, -1), Z, r=5, h=32)).WriteStep(str(path))
-    return path
+def beam(drawn_beam: Path, tmp_path: Path) -> Path:
+    """The drawn bar in a folder of the test's own."""
+    return Path(shutil.copy(drawn_beam, tmp_path))
 
 
 @pytest.mark.parametrize(("units", "size"), [(MILLIMETRE, 1e-3), (METRE, 1.0), (INCH + MILLIMETRE, 0.0254)])
@@ -83,6 +99,7 @@ def test_mass_centre_and_inertia_are_those_of_the_drawing(beam: Path) -> None:
 
 
 @meshed
+@pytest.mark.slow  # two processes of the mesher: the mesh is held by its mass and inertia, the element by its own tests
 def test_a_slender_bar_bends_as_a_beam(tmp_path: Path) -> None:
     from netgen.occ import Box, Pnt
 
@@ -102,9 +119,9 @@ def test_a_slender_bar_bends_as_a_beam(tmp_path: Path) -> None:
 
 @meshed
 def test_the_mesh_is_kept_by_content(beam: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    first = read_step(beam, STEEL, mesh_size=0.03).model
+    first = read_step(beam, STEEL, mesh_size=0.012).model
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)  # no mesher is asked again
-    again = read_step(beam, STEEL, mesh_size=0.03).model
+    again = read_step(beam, STEEL, mesh_size=0.012).model
     assert np.array_equal(first.nodes, again.nodes)
     with pytest.raises(ToolpointError, match="needs Netgen"):
         read_step(beam, STEEL, mesh_size=0.031)
@@ -168,6 +185,7 @@ def test_what_the_mesher_cannot_do_is_said_with_what_to_try(tmp_path: Path) -> N
 
 
 @meshed
+@pytest.mark.slow
 def test_a_small_part_whose_file_says_metres_is_asked_about_by_its_mass(tmp_path: Path) -> None:
     from netgen.occ import Box, Pnt
 

@@ -65,7 +65,7 @@ def test_noise_must_be_known(case):
     assert len(found.components) == 3
 
 
-@pytest.mark.parametrize("stated", [0.01, 0.003])
+@pytest.mark.parametrize("stated", [pytest.param(0.01, marks=pytest.mark.slow), 0.003])
 @pytest.mark.filterwarnings("ignore::toolpoint.ToolpointWarning")
 def test_bodies_that_reach_into_each_other_are_parted(stated):
     """Neighbours belong to both, and the noise is stated 3.3 times too small: no part mixes them without a doubt."""

@@ -87,6 +87,7 @@ def test_every_kind_is_told_with_its_position_and_direction(kind, seed):
     (np.hstack([turns(POINT, X, Y, Z), slides(X)]), "free in x rx ry rz", ("x", "rx", "ry", "rz")),
     (np.hstack([turns(POINT, X, Y, Z), slides(Y, Z)]), "guide", ("y", "z", "rx", "ry", "rz")),
     (np.eye(6), "mount", ("x", "y", "z", "rx", "ry", "rz"))], ids=lambda v: v if isinstance(v, str) else "")
+@pytest.mark.default_cases(3)
 def test_any_set_of_directions_is_a_kind(basis, kind, free):
     modes, points, parts = made(basis, 0.01, np.random.default_rng(3), modes=7)
     joint = identify_joints(modes, points, parts, chain=("base", "part")).joint("part")

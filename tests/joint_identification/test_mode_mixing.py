@@ -33,6 +33,7 @@ def modes(shape, given):
 
 
 @pytest.mark.parametrize("errors", [[0.02, 0, 0], [0, 0.02j, 0], [0.01 - 0.02j, 0.015j, 0]])
+@pytest.mark.default_cases(1)
 def test_mixing_is_what_a_fit_at_wrong_poles_does(errors):
     shape, given = case()
     errors = np.array(errors, complex)

@@ -25,7 +25,7 @@ def without_imaginary_part(modes):
 
 
 @pytest.mark.filterwarnings("ignore::toolpoint._check.ToolpointWarning")
-@pytest.mark.parametrize("change", [exact, without_imaginary_part])
+@pytest.mark.parametrize("change", [pytest.param(exact, marks=pytest.mark.slow), without_imaginary_part])
 def test_joints_of_unusual_shapes_are_finite_and_right(case, change):
     """Places may be 2 mm off and gains 1 %, by what is told; the shapes leave next to nothing of either."""
     result = identify_joints(change(case.truth), case.points, case.components, chain=p1.CHAIN, masses=case.masses,

@@ -90,6 +90,7 @@ def test_boss() -> None:
 
 
 @pytest.mark.parametrize(("allowance", "arc"), [(0.5, 115.84193276), (1.0, 126.86989765), (2.5, 150.0)])
+@pytest.mark.default_cases(1)
 def test_inner_corner(allowance: float, arc: float) -> None:
     """At the corner of a pocket that the same tool has cut before, the allowance short on both walls: pi/2 + acos(1 - a/R)."""
     stock = Stock.box(np.array([-40, -40, -10]) * MM, np.array([20, 20, 0]) * MM)
@@ -135,6 +136,7 @@ def test_helical_ramp_of_a_flat_end() -> None:
 
 
 @pytest.mark.parametrize("tilt", [0.0, 15.0, 40.0])
+@pytest.mark.default_cases(1)
 def test_ball_on_an_inclined_plane(tilt: float) -> None:
     """A ball along a plane inclined across the feed: the arc of each slice is where the sphere is below the plane."""
     radius, depth = 3.0, 0.4

@@ -63,6 +63,7 @@ def test_what_one_plane_took_is_gone_in_the_next() -> None:
 
 
 @pytest.mark.parametrize("tilt", [20.0, pytest.param(50.0, marks=pytest.mark.slow)])
+@pytest.mark.default_cases(1)
 def test_arcs_of_a_ball_on_a_face_at_tilt_are_closed(tilt: float) -> None:
     """The ball's point at kappa and phi is below the face where cos(phi) n_y < (cos(kappa) n_z - 1 + a/R)/sin(kappa)."""
     depth, radius, angle = 1e-3, 5e-3, np.radians(tilt)

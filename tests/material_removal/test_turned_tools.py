@@ -117,6 +117,7 @@ def test_a_turned_copy_of_path_and_stock_has_the_same_arcs_and_volume() -> None:
     assert np.median(np.abs(difference)) < 0.2 and np.quantile(np.abs(difference), 0.9) < 2.0
 
 
+@pytest.mark.slow
 def test_the_flank_of_a_tool_leaves_a_cone() -> None:
     """The axis runs around a cone that stands on its tip circle: what is left is the cone's frustum, in closed form."""
     slope, radius, height = 0.25, 4.0, 10.0  # of the wall, rad; of the tool and the stock, mm

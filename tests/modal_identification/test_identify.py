@@ -64,6 +64,7 @@ def test_data_without_noise_are_exact_in_every_quantity(quantity):
 
 
 @pytest.mark.parametrize("quantity", ["receptance", pytest.param("mobility", marks=pytest.mark.slow)])
+@pytest.mark.default_cases(1)
 def test_noisy_receptance_and_mobility(quantity):
     rng = np.random.default_rng(2)
     case = benchmark(rng, points=60, quantity=quantity)
@@ -270,6 +271,7 @@ def test_synthesis_follows_the_measurement_and_modes_carry_residual_terms():
 
 
 @pytest.mark.parametrize("noise", [0.0, 0.01])
+@pytest.mark.default_cases(1)
 def test_planes_that_do_not_couple_are_identified_together(noise):
     """The responses from one plane to the other are rounding alone: on its own scale no mode follows it."""
     rng = np.random.default_rng(3)

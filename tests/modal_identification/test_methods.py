@@ -53,6 +53,7 @@ def test_every_method_finds_six_separate_modes_alone(truth, method, noise, limit
 
 
 @pytest.mark.parametrize("method", ["lsce", "era", "plscf"])
+@pytest.mark.default_cases(1)
 def test_poly_reference_methods_keep_a_repeated_root(method):
     modes = structure(np.random.default_rng(4), 12, np.array([80.0, 80.0, 150.0]), np.array([0.02, 0.02, 0.02]))
     frf = responses(modes, 3, "accelerance", np.arange(0, 300, 0.25))

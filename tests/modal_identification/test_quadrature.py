@@ -43,6 +43,7 @@ def test_any_single_mode_is_recovered_from_noisy_data(frequency, ratio, seed):
 
 @pytest.mark.parametrize("quantity", ["receptance", "mobility", "accelerance"])
 @pytest.mark.parametrize("noise", [0.0, 0.01, 0.03])
+@pytest.mark.default_cases(4)
 def test_six_separate_modes_are_found_and_no_more(quantity, noise):
     rng = np.random.default_rng(3)
     modes = structure(rng, 20, FREQUENCY, RATIO)

@@ -74,6 +74,7 @@ def test_half_of_the_points_at_one_lower_ratio_are_the_same_modes(seed):
 
 
 @pytest.mark.parametrize("seed", range(4))
+@pytest.mark.default_cases(2)
 def test_the_mass_of_the_sensors_is_taken_out(seed):
     frf, frequency, mass, apart = roving_test(seed)
     assert (apart > 0.001).sum() >= 2
@@ -146,6 +147,7 @@ def test_a_mass_that_is_told_leaves_the_modes_of_the_bare_structure(seed):
 
 
 @pytest.mark.parametrize("seed", range(3))
+@pytest.mark.default_cases(1)
 def test_a_mass_that_is_not_told_is_found_and_named(seed):
     frf, _, mass = moved_test(seed)
     (words,) = [doubt for doubt in identify(frf).doubts if doubt.what == "sensor's mass"]
@@ -154,6 +156,7 @@ def test_a_mass_that_is_not_told_is_found_and_named(seed):
 
 
 @pytest.mark.parametrize("factor", [0.3, 3.0])
+@pytest.mark.default_cases(1)
 def test_a_mass_told_wrong_is_contradicted(factor):
     frf, _, mass = moved_test(1)
     (words,) = [doubt for doubt in identify(frf, sensor_mass=factor * mass).doubts if doubt.what == "sensor's mass"]
@@ -167,6 +170,7 @@ def test_a_structure_without_a_moved_sensor_is_not_doubted():
         assert not [doubt for doubt in identify(frf).doubts if doubt.what == "sensor's mass"]
 
 
+@pytest.mark.slow
 def test_a_sensor_that_moves_modes_by_their_width_is_said_and_not_weighed():
     frf, _, mass = moved_test(2, 0.004, damping=0.003)
     (words,) = [doubt for doubt in identify(frf, sensor_mass=mass).doubts if doubt.what == "sensor's mass"]

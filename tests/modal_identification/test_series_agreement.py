@@ -35,6 +35,7 @@ def measured(seed: int, slip: str = "") -> Frf:
 @pytest.mark.parametrize(("slip", "points", "words"), [
     ("other side", ["8"], "opposite signs"), ("g", ["8"], "g"), ("exchanged", ["4", "8"], "by no factor"), ("sensor", [], ""),
     ("", [], "")])
+@pytest.mark.default_cases(2)
 def test_the_record_that_departs_from_all_others_is_named(slip, points, words):
     for seed in range(2):
         frf = measured(seed, slip)

@@ -40,6 +40,7 @@ def test_the_parasitic_shift_is_the_closed_form_of_three_planes(head, seed):
 
 @pytest.mark.parametrize("digits", [5, 6, 8])
 @pytest.mark.parametrize("seed", range(2))
+@pytest.mark.default_cases(4)
 def test_a_place_and_direction_that_were_rounded_are_reached(head, seed, digits):
     """Five coordinates of three axes never fit exactly; what is left is of the size of the rounding, and is said."""
     pose = random_pose(head, np.random.default_rng(seed))

@@ -32,6 +32,7 @@ def test_the_limit_of_one_mode_is_its_closed_form():
     assert np.nanmin(limit) == pytest.approx(4 * k * zeta * (1 + zeta) / (1e9 * 2), rel=1e-3)
 
 
+@pytest.mark.slow
 def test_every_figure_stands_beside_the_sources(figures):
     words = figures.words()
     assert [line.split(",")[0] for line in words] == ["figure 34", "figure 35", "figure 36", "figure 37", "figure 41"]

@@ -31,6 +31,7 @@ def test_white_noise_has_no_lines_and_its_own_floor():
 
 
 @pytest.mark.parametrize("seed", range(5))
+@pytest.mark.default_cases(2)
 def test_frequencies_of_noisy_lines_scatter_as_their_deviation_says(seed):
     rng = np.random.default_rng(seed)
     time = np.arange(20000) / 10000
@@ -54,6 +55,7 @@ def test_speed_is_found_within_a_fifth_of_a_permille_about_a_stated_one(spindle,
 
 
 @pytest.mark.parametrize(("spindle", "teeth"), [(133.37, 4), (91.3, 3), (200.9, 2)])
+@pytest.mark.default_cases(1)
 def test_unknown_speed_is_found_beside_chatter(spindle, teeth):
     rng = np.random.default_rng(4)
     chatter = 6.37 * spindle * teeth / 2

@@ -186,6 +186,7 @@ def test_h1_h2_and_hv_bracket_the_truth_under_noise_on_both_sides():
 
 @pytest.mark.parametrize("estimator", ["H1", "H2", "Hv"])
 @pytest.mark.parametrize("inputs", [["1:+x"], ["1:+x", "3:+x"]])
+@pytest.mark.default_cases(3)
 def test_the_variance_of_every_estimator_holds_what_noise_on_the_responses_does(estimator, inputs):
     """H2 lies twice as high where noise is as large as the response: its scatter alone held 63 % with two forces."""
     held = []

@@ -96,6 +96,7 @@ def test_a_spring_that_no_measured_point_sees_keeps_its_stiffness(mill):
     assert unseen.factor == pytest.approx(1.0, abs=0.1) and unseen.interval[0] < 0.7
 
 
+@pytest.mark.slow
 def test_a_workpiece_is_no_joint(mill):
     heavier = mill.with_values({"bodies.table.mass": 350.0 * 1.25})
     study = study_drift(measured(mill), [measured(heavier)], mill)

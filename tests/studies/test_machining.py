@@ -68,6 +68,7 @@ def _line(result: MachiningStudy, line: int) -> int:
 
 
 @pytest.mark.parametrize("corner_radius", [0.0, 0.005])
+@pytest.mark.default_cases(1)
 def test_loads_of_a_slot_are_those_of_the_force_law(corner_radius: float) -> None:
     """Within 1 % of `rigid_forces` in the middle of a slot, also of bull noses and balls."""
     result = _run(PROGRAM.format(speed=12000, depth=3), cut={"corner_radius": corner_radius})

@@ -22,7 +22,7 @@ STOCK = Stock.box(np.array([0, 0, -20]) * MM, np.array([80, 60, 0]) * MM)
 FEEDS = (1200, 2400, 900, 1800, 3000, 600)
 
 
-def _program(seed: int = 0, passes: int = 12) -> str:
+def _program(seed: int = 0, passes: int = 9) -> str:
     """Passes of random depth, width and feed, with rapids back between them."""
     rng = np.random.default_rng(seed)
     lines, y, z = ["S9000 M3"], 2.0, 0.0

@@ -14,6 +14,7 @@ CUT = CuttingDescription.of(diameter=0.01, teeth=4, tangential=8e8, normal=3e8, 
 
 
 @pytest.mark.parametrize("name", PROGRAMS)
+@pytest.mark.default_cases(10)
 def test_a_program_of_the_shop_floor_takes_its_volume(name: str) -> None:
     text, volume = PROGRAMS[name]
     stock = studies.stock_of("box", (0, 0, -0.02, 0.08, 0.06, 0))

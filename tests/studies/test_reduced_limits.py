@@ -76,6 +76,7 @@ def test_limits_of_a_poorly_reduced_body_hold_those_of_a_good_one(post) -> None:
     assert (good.chart.limit_error[both] < poor.chart.limit_error[both]).all()
 
 
+@pytest.mark.slow
 def test_a_map_over_feed_directions_holds_the_limits_of_a_good_reduction(post) -> None:
     poor, good = (chatter_map(machine_of(post, **reduction), [{}], CuttingDescription.of(**CUT), speeds=SPEEDS,
                               feed_angles=np.radians([0.0, 90.0]), method=ZeroOrder()) for reduction in (POOR, GOOD))

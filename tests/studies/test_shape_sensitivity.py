@@ -55,6 +55,7 @@ def slope(value, h=2e-3):
 
 @pytest.mark.parametrize(("kind", "name"), [("modulus", "high.a"), ("modulus", "low"), ("density", "high.b"),
                                             ("density", "low"), ("joints", "flange")])
+@pytest.mark.default_cases(2)
 def test_mac_against_differences(measured, kind, name):
     machine, pairs, shapes = measured
     result = mac_sensitivity(machine, pairs, DOFS, measured=shapes, which=MODES)

@@ -47,6 +47,7 @@ def test_structural_damping_is_not_taken_for_modes_below_the_band(first):
 
 
 @pytest.mark.parametrize("name", list(SLIPS))
+@pytest.mark.default_cases(4)
 def test_a_slip_is_grave_and_named(name):
     values, words = SLIPS[name]
     doubts = question_tip(response(values))

@@ -60,6 +60,7 @@ def test_a_sensor_turned_round_is_named_by_an_update_to_responses(truth, column)
 
 
 @pytest.mark.parametrize(("delay", "sign", "word"), [(0.0, 1, ""), (0.0, -1, "sign"), (2e-4, 1, "delay"), (-2e-4, 1, "delay")])
+@pytest.mark.default_cases(2)
 def test_a_real_driving_point_with_a_turned_or_late_channel_is_named(measured, delay, sign, word):
     """The five-point tap test of a tool and holder: the driving point as it was measured, turned, and late."""
     files = [np.loadtxt(measured / "tool_holder_frf" / f"Point_{i}_Channel_1_CH1.txt") for i in range(1, 6)]

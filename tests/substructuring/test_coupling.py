@@ -106,6 +106,7 @@ def network(random, *, loss, first, grounded):
 @pytest.mark.skipif(np.finfo(np.longdouble).eps >= np.finfo(float).eps, reason="no numbers longer than double here")
 @pytest.mark.parametrize("links", [1, 2, 3])
 @pytest.mark.parametrize("loss", [0.001, pytest.param(0.01, marks=pytest.mark.slow), 0.03])
+@pytest.mark.default_cases(3)
 def test_coupling_then_decoupling_is_the_identity_of_any_system(links, loss):
     """Within 1e-12 of the peak, or what rounding the whole to double numbers alone does to the rest, dR = T dW T^T."""
     beyond = 0

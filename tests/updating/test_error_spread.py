@@ -45,6 +45,7 @@ def fitted(frf, start=1.01):
 
 @pytest.mark.parametrize(("quantity", "noise"), [("receptance", 0.02), ("accelerance", 0.2),
                                                  pytest.param("accelerance", 0.02, marks=pytest.mark.slow)])
+@pytest.mark.default_cases(1)
 def test_intervals_hold_and_noise_alone_is_explained(quantity, noise):
     scores = []
     for seed in range(40):

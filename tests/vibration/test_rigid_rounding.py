@@ -34,6 +34,7 @@ def modes_of(digits, seed, number):
 
 @pytest.mark.parametrize("digits", [7, 8, 10, 13, 17])
 @pytest.mark.parametrize("number", [8, 12, 60])
+@pytest.mark.default_cases(5)
 def test_a_free_body_has_six_rigid_motions_in_any_digits(digits, number):
     for seed in range(3):
         pairs, exact = modes_of(digits, seed, number), modes_of(17, seed, number)

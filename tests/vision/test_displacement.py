@@ -35,6 +35,7 @@ def errors(field, scene):
 
 
 @pytest.mark.parametrize(("method", "above"), list(zip(METHODS, (1.05, 1.06, 1.4))))
+@pytest.mark.default_cases(2)
 def test_noise_is_that_of_the_bound(case, method, above):
     scene, scanned, points = case
     field = measure(scanned, points, method)

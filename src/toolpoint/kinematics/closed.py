@@ -63,6 +63,7 @@ class ClosedChain(LoopedTree):
     def with_mode(self, mode: str) -> ClosedChain:
         """Return the chain in another assembly mode."""
         changed = replace(self, mode=mode)
+        # Solved here, so that this call refuses a mode that does not exist, and not the first pose that is asked.
         _ = changed.start
         return changed
 
@@ -88,6 +89,8 @@ class ClosedChain(LoopedTree):
         is_task = self.is_task_pose(pose)
         closure = self.task_closure if is_task else self.closure
         begin = np.broadcast_to(self.start if start is None else start, (count, len(self.steps)))
+        # Axes that a pose leaves out are at rest: every row is complete, and the way to it does not depend on what was
+        # solved before.
         goal = np.stack([np.broadcast_to(batch.get(axis.name, np.array([axis.reference_position])), (count,))
                          for axis in self.driven_axes],
                         axis=-1) if self.driven_axes else np.zeros((count, 0))
@@ -120,6 +123,8 @@ class ClosedChain(LoopedTree):
         batch = self.batch(path)
         count = len(next(iter(batch.values()))) if batch else 1
         values = [np.asarray(self.start)]
+        # One pose after the other: a batch would start all at one place, and those beyond a fork could end in another
+        # assembly mode.
         for i in range(count):
             pose = {name: positions[i:i + 1] for name, positions in batch.items()}
             solution = self.solve(pose, start=values[-1])
@@ -141,6 +146,7 @@ class ClosedChain(LoopedTree):
         moved = self.displacements_of(self.motions_of(values))
         names = [axis.name for axis in self.driven_axes]
         rates = self.closure.rates(values)[:, :, [names.index(name) for name in task.axes]]
+        # Rates of the closed loops with the legs as drives: the task's own equations have the legs as unknowns.
         twists = self.twists_of(values, moved) * self.on_path[task.link][:, None]
         read = task.read(moved)
         return task.rate(moved, twists, {kind: read[kind] for kind in task.kinds}) @ rates

@@ -173,6 +173,8 @@ class Closure:
             try:
                 if self.solved_as == "square":
                     return np.linalg.solve(matrix, -residual[..., None])[..., 0] / self.scale
+                # More equations than unknowns (elastic loops share their strain): least squares, without squaring the
+                # condition.
                 q, r = np.linalg.qr(matrix)
                 return np.linalg.solve(r, -np.swapaxes(q, -1, -2) @ residual[..., None])[..., 0] / self.scale
             except np.linalg.LinAlgError:
@@ -190,6 +192,8 @@ class Closure:
         if not chain.loops or not chain.passive:
             return coupling
         _, rate = Closure(chain, None).evaluate(values, {})
+        # Differentiated closure: J_passive rates = -J coupling. In weighted unknowns, so that least norm does not prefer
+        # metres or radians.
         passive = np.linalg.pinv(rate @ self.unknowns / self.scale, rcond=CLOSURE_SINGULAR_RATIO) @ rate @ coupling
         return coupling - self.unknowns @ (passive / self.scale[:, None])
 
@@ -224,6 +228,7 @@ def solve_closure(closure: Closure, start: FloatArray, goal: FloatArray, *, targ
         change = (goal - start_positions) @ chain.coupling.T
         return Solution(start + change, np.ones(count), ("",) * count)
     begin = {} if closure.task is None else _read(closure, start)
+    # Axes that the task solves for are unknowns: they have no travel of their own.
     held = np.zeros(len(chain.driven_axes), bool)
     if closure.task is not None:
         held[[k for k, axis in enumerate(chain.driven_axes) if axis.name in closure.task.axes]] = True
@@ -293,6 +298,7 @@ def _attempt(closure: Closure, values: FloatArray, way: _Way, indices: np.ndarra
         size = np.abs(delta * closure.scale).max(axis=-1)
         if number == 0:
             first = size
+        # A correction of more than a radian is a failing pose: it stays, and is refused below, where it would overflow.
         step = np.where((size < 1)[:, None], delta, 0.0) @ closure.unknowns.T
         values = advance(chain.steps, chain.balls, values, change=step)
         # Convergence is quadratic: after a correction of 1e-7 the next would be below rounding.

@@ -76,12 +76,15 @@ class LoopClosure:
         r = relative[:, :3, :3]
         result[:, :3] = relative[:, :3, 3]
         if not self.turning:
+            # Axis times sine of the angle: smooth where the angle is zero, where the angle itself has no slope.
             result[:, 3:] = 0.5 * np.stack([r[:, 2, 1] - r[:, 1, 2], r[:, 0, 2] - r[:, 2, 0], r[:, 1, 0] - r[:, 0, 1]], axis=-1)
         elif len(self.turning) == 1:
             a, b, c = _cycle(self.turning[0])
+            # R a = a has two equations: the third, along a, is a cosine, which has no slope where it is met.
             result[:, 3 + b], result[:, 3 + c] = -r[:, c, a], r[:, b, a]
         elif len(self.turning) == 2:
             a, b = self.turning
+            # The child carries the second axis, which stays across the first: one equation, about the third direction.
             result[:, 3 + 3 - a - b] = _hand(a, b) * -r[:, a, b]
         free = [i for i in range(3) if AXES[i] in self.free]
         result[:, free] = 0.0
@@ -97,6 +100,7 @@ class LoopClosure:
         result[:, :3] = velocity - skew(t) @ turn
         if not self.turning:
             trace = np.trace(r, axis1=-2, axis2=-1)[:, None, None]
+            # [w] R + R^T [w] is the cross-product matrix of (tr R - R) w.
             result[:, 3:] = 0.5 * (trace * np.eye(3) - r) @ turn
         elif len(self.turning) == 1:
             a, b, c = _cycle(self.turning[0])
@@ -131,6 +135,7 @@ def joint_directions(free: tuple[int, ...], relative: FloatArray) -> FloatArray:
     result = np.broadcast_to(np.eye(6), (len(relative), 6, 6)).copy()
     turning = [way - 3 for way in free if way > 2]
     for number, axis in enumerate(turning):
+        # The first rotation of a universal joint carries the axis of the second.
         is_second = len(turning) == 2 and number == 1
         unit = relative[:, :3, axis] if is_second else np.broadcast_to(np.eye(3)[axis], (len(relative), 3))
         result[:, :3, 3 + axis] = np.cross(relative[:, :3, 3], unit)

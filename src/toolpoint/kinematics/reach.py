@@ -28,6 +28,7 @@ def limit_reasons(chain: LoopedTree, solution: Solution) -> list[str]:
         if np.isfinite(loop.largest_tilt):
             checks.append((f"{loop.name} tilt", loop.tilt(loop.relative(moved)[1]), -np.inf, loop.largest_tilt, True))
     for name, checked, lower, upper, turns in checks:
+        # m or rad: a limit that is asked for must be reachable, whatever rounding makes of it.
         slack = 1e-9
         for i in np.flatnonzero((checked < lower - slack) | (checked > upper + slack)):
             reasons[i] = reasons[i] or f"{name} would be at {_shown(checked[i], turns)}, beyond {_span(lower, upper, turns)}"

@@ -98,6 +98,7 @@ class Task:
         place = tf.move(moved[:, self.link], self.point[None])[:, 0]
         turn = moved[:, self.link, :3, :3] @ self.rest_turn
         d = turn[:, :, 2]
+        # An upright tool has no azimuth: zero, where rounding would give any.
         azimuth = np.where(np.hypot(d[:, 0], d[:, 1]) > 1e-12, np.arctan2(d[:, 1], d[:, 0]), 0.0)
         untilted = np.swapaxes(orientation(np.arccos(np.clip(d[:, 2], -1, 1)), azimuth, np.zeros_like(azimuth)), -1, -2) @ turn
         values = {name: place[:, i] for i, name in enumerate(PLACES)}
@@ -119,6 +120,7 @@ class Task:
         if "torsion" in self.kinds:
             e = turn @ np.swapaxes(goal, -1, -2)
             return 0.5 * np.stack([e[:, 2, 1] - e[:, 1, 2], e[:, 0, 2] - e[:, 2, 0], e[:, 1, 0] - e[:, 0, 1]], axis=-1)
+        # The tool has no part along the two axes across its goal: smooth also upright, where azimuth itself is not.
         across = np.swapaxes(goal[:, :, :2], -1, -2) @ turn[:, :, 2, None]
         return across[:, :len(self.kinds & {"tilt", "azimuth"}), 0]
 

@@ -61,6 +61,7 @@ class TreeChain(NotebookText):
         for i, parent in enumerate(self.parents):
             if not -1 <= parent < i:
                 fail("parents", f"link {i} hangs on {parent}", "must hang on the ground (-1) or an earlier link")
+        # By rank and not pair by pair: three axes may depend on each other of which no two do.
         if self.driven_axes and np.linalg.matrix_rank(self.coupling) < len(self.driven_axes):
             fail("axes", _clash_words(self.driven_axes), "must not move the same joint directions alike",
                  remedy="remove one of the axes, or let each drive a direction of its own")
@@ -153,6 +154,8 @@ class TreeChain(NotebookText):
         """Return the displacement of every link for joint motions, shape (n_poses, n_links, 4, 4)."""
         result = np.empty_like(motions)
         for i, parent in enumerate(self.parents):
+            # F m F^-1 is the joint's motion in the machine frame; a link without steps moves as its parent, and costs no
+            # product.
             step = self.frames[i] @ motions[:, i] @ tf.inverse(self.frames[i]) if self.sequences[i] else None
             if parent < 0:
                 result[:, i] = np.eye(4) if step is None else step
@@ -212,6 +215,7 @@ class TreeChain(NotebookText):
     def jacobian(self, pose: Pose, link: int, point: ArrayLike) -> FloatArray:
         """Return the twist (v, w) of a link about one of its points (reference coordinates, m), (n_poses, 6, n_driven)."""
         place = tf.move(self.displacements(pose)[:, link], floats("point", point, (3,))[None])[:, 0]
+        # A twist about the origin becomes one about p by v + w x p, the adjoint of a shift by -p.
         shift = tf.adjoint(tf.transform(None, -place))
         return shift @ np.swapaxes(self.axis_twists(pose, link), -1, -2)
 
@@ -235,6 +239,8 @@ class TreeChain(NotebookText):
         reference_pose: Mapping[str, float] = {}
         start = self.relative_position(reference_pose, tool, table)[0]
         columns = (self.axis_twists(reference_pose, tool[0]) - self.axis_twists(reference_pose, table[0]))[0, :, :3].T
+        # Axes may be more than the directions, or fewer where the target lies within what they span: the error says whether
+        # it does.
         values, *_ = np.linalg.lstsq(columns, target - start, rcond=None)
         error = float(np.linalg.norm(start + columns @ values - target))
         if error > 1e-9:

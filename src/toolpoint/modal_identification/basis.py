@@ -70,6 +70,7 @@ def outside_terms(frf: Frf) -> ComplexArray:
     terms = [term for c in centres for term in (1 / (p**2 + c**2), p / (p**2 + c**2))]
     terms += [np.ones_like(p), p]
     basis = np.stack(terms, axis=1)
+    # Terms run over many powers of p: without a common size the smallest would count as rounding of the largest.
     return basis / np.sqrt((np.abs(basis * factor(frf)[:, None]) ** 2).mean(axis=0))
 
 

@@ -81,6 +81,7 @@ class PolyReference:
         return Start(choice.poles, choice.participation, diagram, choice.support)
 
 
+# From order 60 to 240, where lines of a usual band (a third of their number is the largest order) end as well.
 MAX_ORDER_DOUBLINGS, MAX_MOVED_SENSOR_ROUNDS = 2, 4
 MAX_REMAINING_FRACTION = 0.3  # of the residual, after a doubling of the order that is kept
 MIN_RESIDUAL_RATIO = 1.5  # power of the residual over the noise (third differences of lines) with resonances in it

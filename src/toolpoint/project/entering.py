@@ -18,11 +18,12 @@ from toolpoint.project.engine.content import file_digest
 from toolpoint.project.engine.drafts import write_whole
 from toolpoint.project.folder import PROJECT_FILE
 from toolpoint.project.recorded_tests import find_records
+from toolpoint.project.records_draft import RECORDS_FOLDER, RecordsDraft, draft_test, files_of
 
 # Kind of a file, the folder where it belongs, and what it is in words.
 FILE_KINDS = {
     "test": ("records", "test file of a hammer test: what its channels measure"),
-    "records": ("records", "records in time; those that are no universal files need a test file"),
+    "records": (RECORDS_FOLDER, "records in time; those that are no universal files need their channels said"),
     "responses": ("responses", "frequency responses"),
     "modes": ("responses", "modes"),
     "geometry": ("", "places of the measured points"),
@@ -99,8 +100,18 @@ def _kind_of(file: Path) -> tuple[str, bool]:
     if suffix in _UNIVERSAL_SUFFIXES:
         return _universal_kind(beginning)
     if suffix in (".h5", ".hdf5", ".mat", ".npz", ".npy"):
-        return ("modes" if "mode" in file.stem.lower() else "responses"), False
+        return _arrays_kind(file)
     return _table_kind(beginning.decode("utf-8", "replace"))
+
+
+def _arrays_kind(file: Path) -> tuple[str, bool]:
+    """Return what a file of arrays holds: records where it has a time or a sample rate, else modes or responses by its name."""
+    try:
+        if io.hold_records([file]):
+            return "records", True
+    except (ToolpointError, OSError):
+        pass  # what cannot be read is told by the step that reads it
+    return ("modes" if "mode" in file.stem.lower() else "responses"), False
 
 
 def _universal_kind(beginning: bytes) -> tuple[str, bool]:
@@ -171,6 +182,7 @@ def add_files(folder: str | Path, files: Sequence[str | Path], kinds: Mapping[st
     doubts += [*_question_entries(root, parts), *merged]
     for place, value in parts:
         add_part(root, place, value)
+    doubts += _question_records(root, placed)
     return EnteredFiles(tuple(place for _, place in placed), tuple(parts), tuple(doubts))
 
 
@@ -192,6 +204,15 @@ def _question_file(file: Path, kind: str) -> list[Doubt]:
         return [Doubt(file.name, f"cannot be read as a {kind} file: {fault.removeprefix(str(file)).lstrip(': ')}",
                       "toolpoint check says all its faults; a run stops at it")]
     return []
+
+
+def _question_records(root: Path, placed: Sequence[tuple[str, str]]) -> list[Doubt]:
+    """Return a doubt about records that no test names, with the entry that their names and columns propose."""
+    draft = draft_test(root) if any(kind == "records" for kind, _ in placed) else None
+    if draft is None:
+        return []
+    return [Doubt(", ".join(draft.records), "belong to no test yet: they do not say what their channels measure",
+                  f"say it: toolpoint add {root} --part 'tests.{draft.name}: {draft.value}'")]
 
 
 def _question_entries(root: Path, parts: Sequence[tuple[str, str]]) -> list[Doubt]:
@@ -268,6 +289,22 @@ def _parts_of(placed: Sequence[tuple[str, str]]) -> list[tuple[str, str]]:
 
 def _stem(place: str) -> str:
     return re.sub(r"[^\w -]+", " ", Path(place).stem).strip() or "structure"
+
+
+def enter_test(folder: str | Path, draft: RecordsDraft) -> str:
+    """Enter a test of records in project.yaml, and return its entry; all its records are read before.
+
+    Raises ToolpointError, and writes nothing, where a record, a channel or the pattern has a fault.
+    """
+    root = Path(folder)
+    files = [file for text in draft.records for file in files_of(root, text)]
+    outside = [file for file in files if not file.resolve().is_relative_to(root.resolve())]
+    if outside or not files:
+        fail("records", ", ".join(draft.records) or "none", "must be files in the project's folder",
+             remedy="hand them over first")
+    io.read_described_records(files, draft.channels, struck=draft.struck or None, pattern=draft.pattern or None)
+    add_part(root, f"tests.{draft.name}", draft.value)
+    return f"tests.{draft.name}: {draft.value}"
 
 
 def add_part(folder: str | Path, place: str, value: str) -> tuple[str, ...]:

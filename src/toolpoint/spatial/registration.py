@@ -100,6 +100,7 @@ def _check_spread(points: FloatArray, weights: FloatArray) -> None:
     if len(used) < 3:
         fail("source", f"{len(used)} points with weight", "must be at least 3")
     singular = np.linalg.svd(used - used.mean(axis=0), compute_uv=False)
+    # The second value: one of three is zero for every plane of points, which determines a rotation all the same.
     if singular[1] <= 1e-9 * max(singular[0], 1e-300):
         fail("source", "points on one line", "must span a plane", remedy="add a point off the line")
 
@@ -142,5 +143,6 @@ def iterative_closest_point(
         if previous - fit.residual <= tolerance * max(previous if np.isfinite(previous) else 1.0, 1e-300):
             return Registration(matrix, fit.residual, match, iteration, "converged")
         previous = fit.residual
+    # The distances of the last query, before its fit: what is left is no more than they say.
     return Registration(matrix, float(np.sqrt((distance**2).mean())), match, iterations,
                         f"not converged in {iterations} iterations: give a nearer start or more iterations")

@@ -31,6 +31,7 @@ def from_vector(vector: ArrayLike) -> FloatArray:
 
 def versine(angle: FloatArray) -> FloatArray:
     """Return (1 - cos a)/a^2 without loss of digits at small angles: half the squared sinc of a/2."""
+    # 1 - cos a = 2 sin^2(a/2): no difference of nearly equal numbers.
     return 0.5 * np.sinc(angle / (2 * np.pi)) ** 2
 
 
@@ -40,6 +41,7 @@ def to_vector(rotation: ArrayLike) -> FloatArray:
     quaternion = to_quaternion(r)
     w, v = quaternion[..., 0], quaternion[..., 1:]
     length = np.linalg.norm(v, axis=-1)
+    # By both parts: arc cosine and arc sine lose half of the digits at 0 and at pi.
     angle = 2 * np.arctan2(length, w)
     factor = np.where(length > _MIN_QUATERNION_VECTOR, angle / np.where(length > _MIN_QUATERNION_VECTOR, length, 1.0), 2.0)
     return v * factor[..., None]
@@ -61,6 +63,7 @@ def to_quaternion(rotation: ArrayLike) -> FloatArray:
     largest = np.argmax(d, axis=-1)
     row = np.take_along_axis(products, largest[..., None, None], axis=-2)[..., 0, :]
     row = row / np.linalg.norm(row, axis=-1, keepdims=True)
+    # q and -q are one rotation: the one of w >= 0 has an angle up to pi.
     return np.where(row[..., :1] < 0, -row, row)
 
 

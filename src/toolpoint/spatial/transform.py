@@ -18,6 +18,7 @@ from toolpoint.spatial import rotation as rot
 _SERIES_ANGLE = 0.3
 # Coefficients of (a - sin a)/a^3 and of (1 - (a/2) cot(a/2))/a^2 in powers of a^2, the highest first.
 _EXPONENTIAL = [(-1) ** k / factorial(2 * k + 3) for k in range(4, -1, -1)]
+# Bernoulli numbers: B_2k/(2k)! of even order, the highest first, so that `polyval` takes them.
 _LOGARITHM = [1 / 47900160, 1 / 1209600, 1 / 30240, 1 / 720, 1 / 12]
 
 

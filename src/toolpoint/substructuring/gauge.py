@@ -75,6 +75,8 @@ def identify_base(frf: Frf, gauge: ShaftDescription, plane: str = "x", *, calibr
             fail("generator", "None", "draws need a numpy Generator",
                  remedy="for example numpy.random.default_rng(1); or draws=0")
         shared = generator if common is None else common
+        # Noise is of each plane's own responses, the gain is of the hammer: it comes from the generator that both planes
+        # share.
         noise = 0 if pairs.variance is None else complex_noise(pairs.variance, draws, generator)
         gains = np.exp(calibration * shared.normal(size=draws))
         drawn = _drawn_bases(pairs, gauge, lines.frequency, gains[:, None, None] * (pairs.values + noise), shared)
@@ -141,6 +143,7 @@ class _HeldGauge:
 def _held_gauge(pairs: _Pairs, gauge: ShaftDescription, frequency: FloatArray) -> _HeldGauge:
     stiffness = station_stiffness(gauge, frequency)
     z = stiffness.matrix
+    # Coordinates 0 and 1 are deflection and slope of the base: without their rows it stands still.
     held = np.linalg.inv(z[:, 2:, 2:])
     follow = -held @ z[:, 2:, :2]
     padded = np.zeros((len(z), 2 + held.shape[1], 2 + held.shape[1]), complex)  # the base itself stands still
@@ -152,6 +155,8 @@ def _held_gauge(pairs: _Pairs, gauge: ShaftDescription, frequency: FloatArray) -
     design = np.stack([left[..., 0] * right[..., 0], left[..., 0] * right[..., 1] + left[..., 1] * right[..., 0],
                        left[..., 1] * right[..., 1]], axis=-1)
     _check_geometry(design, gauge.length)
+    # A variance of zero at single lines would leave these alone to decide: none counts below 1e-12 of the largest of its
+    # line.
     weight = np.ones(pairs.values.shape) if pairs.variance is None else 1 / np.sqrt(np.maximum(
         pairs.variance, 1e-12 * pairs.variance.max(axis=1, keepdims=True) + 1e-300))
     return _HeldGauge(z, sections, padded, z[:, :2, :2] + z[:, :2, 2:] @ follow, design, weight,
@@ -176,6 +181,7 @@ def _base(pairs: _Pairs, gauge: ShaftDescription, frequency: FloatArray, measure
     for _ in range(BASE_REFINEMENTS):
         predicted = _solve_coupled(held, base)[:, pairs.output, pairs.input]
         change, misfit = held.unknowns(measured - predicted)
+        # The slope of the joined base to the base alone: H' = (H_b^-1 + Z)^-1, so dH_b = (I + H_b Z) dH' (I + H_b Z)^T.
         turn = np.eye(2) + base @ held.base_stiffness
         base = base + turn @ change @ np.swapaxes(turn, -1, -2)
     return base, misfit
@@ -194,6 +200,8 @@ def _solve_coupled(held: _HeldGauge, base: ComplexArray) -> ComplexArray:
     deflections = 2 * held.sections
     right = np.zeros((lines, n + 2, len(deflections)), complex)
     right[:, deflections, range(len(deflections))] = 1.0
+    # Stiffnesses of 1e9 stand beside receptances of 1e-9: rows and columns of one size keep the inverse accurate to begin
+    # with.
     scale = 1 / np.sqrt(np.abs(matrix).max(axis=2))
     inverse = scale[:, :, None] * np.linalg.inv(scale[:, :, None] * matrix * scale[:, None, :]) * scale[:, None, :]
     exact = matrix.astype(np.clongdouble)
@@ -206,7 +214,7 @@ def _solve_coupled(held: _HeldGauge, base: ComplexArray) -> ComplexArray:
 
 def _check_geometry(design: ComplexArray, length: float) -> None:
     scale = np.array([1.0, 1 / length, 1 / length**2])
-    singular = np.linalg.svd(design[0] * scale[::-1][::-1], compute_uv=False)
+    singular = np.linalg.svd(design[0] * scale, compute_uv=False)
     if singular[-1] < MIN_STATION_SINGULAR_RATIO * singular[0]:
         fail("gauge.stations", "stations that lie together", "must be apart along the gauge",
              remedy="spread them over its length")
@@ -233,6 +241,7 @@ def _doubts(misfit: ComplexArray, pairs: _Pairs) -> list[Doubt]:
         words = f"responses differ from those of any base behind this gauge by {100 * relative_misfit:.2g} % of their size"
         level = relative_misfit > 0.05
     else:
+        # The median over lines, as single ones lie on resonances: of a sum of n exponentials it is about n ln(2)^(1/n).
         ratio = float(np.sqrt(np.median((np.abs(misfit) ** 2).sum(axis=-1) / (spare * np.log(2) ** (1 / spare)))))
         words = f"responses differ from those of any base behind this gauge by {ratio:.2g} times their stated noise"
         level = ratio > MAX_GAUGE_MISFIT

@@ -86,7 +86,7 @@ class LargeBody:
         if self.repeats is not None:
             put(self, "repeats", floats("repeats", self.repeats, (self.loads.shape[1],)))
         if self.estimate_loads is not None and self.estimate_loads.shape[0] != n:
-            fail("beside", f"shape {self.estimate_loads.shape}", f"must be ({n}, any)")
+            fail("estimate_loads", f"shape {self.estimate_loads.shape}", f"must be ({n}, any)")
         if self.rigid is not None:
             put(self, "rigid", floats("rigid", self.rigid, (n, None)))
             self._check_rigid(self.rigid)
@@ -144,8 +144,10 @@ class Preparation:
     def responses(self) -> FloatArray:
         """Responses to all loads in balance with inertia, free of rigid motion, (n, l)."""
         loads, rigid = self.body.loads, self.rigid
+        # A free body has no static answer: loads are balanced by the inertia of the rigid motion that they cause.
         inertial = self.body.mass @ rigid
         responses = self.inverse.solve(loads - inertial @ (rigid.T @ loads))
+        # Solving leaves a rigid part of rounding over the small shift: it is taken off again.
         return responses - rigid @ (inertial.T @ responses)
 
     @property
@@ -187,6 +189,7 @@ class Preparation:
                  remedy="a part that hangs loose, a mechanism, or a body that is held after all")
         if not pairs.is_complete:
             fail("modes", pairs.status, "must all be known", remedy="give another shift")
+        # The rigid ones are kept apart, exactly: those found numerically are mixed with each other.
         keep = pairs.squares > 0
         equation = None if pairs.equation_residual is None else pairs.equation_residual[keep]
         return replace(pairs, squares=pairs.squares[keep], vectors=pairs.vectors[:, keep], residual=pairs.residual[keep],

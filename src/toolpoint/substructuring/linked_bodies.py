@@ -102,6 +102,8 @@ class LinkedBodies:
             fail("number", f"{number}", f"must be below {available - 1}", remedy="the bodies have no more coordinates")
         inverse = _Inverse(linked, -shift)
         operator = LinearOperator((linked.size,) * 2, matvec=inverse.solve, dtype=float)
+        # A random start has a part in every mode; its seed makes two runs alike. One step of the inverse takes out what the
+        # links do not allow.
         start = inverse.solve(linked.mass @ np.random.default_rng(linked.size).standard_normal(linked.size))
         # One mode more: the count is taken in the gap beyond the last one.
         values, vectors = eigsh(linked.mass, number + 1, linked.mass, sigma=-shift, OPinv=operator, which="LM", v0=start)
@@ -117,6 +119,7 @@ class LinkedBodies:
 
     def _counted(self, squares: FloatArray) -> float:
         """Return the frequency below which a count confirms the squares, Hz: in the last gap between two of them."""
+        # A count within a cluster of equal squares depends on rounding: it is taken where two neighbours lie apart.
         gaps = np.flatnonzero(np.diff(squares) > _MIN_GAP_RATIO * squares[1:])
         if not len(gaps):
             fail("modes", "no gap among the squares", "must have one for the count", remedy="ask for more modes")
@@ -134,6 +137,7 @@ class LinkedBodies:
         if not len(rigid):
             return self
         flexibility = _Inverse(self, -shift).flexibility[np.ix_(rigid, rigid)]
+        # Links in metres and in radians compare once each has unit flexibility.
         scale = 1 / np.sqrt(np.maximum(np.diag(flexibility), 1e-300))
         values, vectors = eigh(flexibility * scale[:, None] * scale)
         kept = vectors[:, values > MIN_LINK_RATIO * values[-1]]
@@ -161,6 +165,7 @@ class _Inverse:
             self._factors.append(factorise(matrix, coordinates=body.coordinates, is_positive=square < 0))
         self._answers = self._apart(linked.links.toarray())
         self.flexibility = np.diag(linked.compliance) + linked.links.T @ self._answers
+        # Symmetric but for rounding, which the eigenvalues of `without_repeated_links` would read from one triangle.
         self.flexibility = (self.flexibility + self.flexibility.T) / 2
         self.negative_pivots = sum(factors.negative_pivots for factors in self._factors)
         self.solver = ", ".join(dict.fromkeys(factors.name for factors in self._factors))
@@ -180,5 +185,6 @@ class _Inverse:
     def residual(self, squares: FloatArray, vectors: FloatArray) -> FloatArray:
         """Return the relative residual of every mode in this inverse, (modes,)."""
         mass = self._linked.mass
+        # Of the inverse and not of K: a residual force in a stiff direction looks large and moves nothing.
         left = self.solve(mass @ vectors) * (squares - self._square) - vectors
         return np.sqrt(np.maximum(np.einsum("im,im->m", left, mass @ left), 0.0))

@@ -106,6 +106,7 @@ def plane_receptance(frf: Frf, point: str, plane: str = "x", *, draws: int = 0,
             fail("frf", f"no response and force at {label}", "coupling needs deflections, rotations, forces and moments",
                  remedy="measure a gauge of known size in the spindle in place of the tool and give its responses at two "
                         "stations")
+    # Slope and moment change sign together, so that the receptance stays symmetric.
     sign = np.array([1.0, -1.0 if turn[0] == "-" else 1.0])
     part = frf.converted_to("receptance").selected(labels, labels)
     values = sign[:, None] * part.values * sign
@@ -179,6 +180,7 @@ def _carry_draws(frequency: FloatArray, shaft: ShaftDescription, draws: ComplexA
                  generator: np.random.Generator | None) -> ComplexArray:
     if generator is None:
         return np.moveaxis(carry(frequency, shaft, np.moveaxis(draws, 0, 1))[0], 1, 0)
+    # A shaft of its own for each draw of the base: both uncertainties are independent, and the scatter holds both.
     return np.stack([carry(frequency, shaft.drawn(generator), draw[:, None])[0][:, 0] for draw in draws])
 
 

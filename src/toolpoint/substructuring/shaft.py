@@ -159,6 +159,7 @@ class ShaftDescription(NotebookText):
         for segment in self.segments.values():
             if segment.contact is not None:
                 lossy = 1 + 1j * segment.contact.loss_factor
+                # Compliances, not stiffnesses: a contact that is rigid in one direction is a plain zero.
                 rows.append(np.array([0, 1 / (segment.contact.stiffness * lossy),
                                       1 / (segment.contact.rotational_stiffness * lossy), 0, 0, 0, 1]))
             rows.append(segment.row)
@@ -187,6 +188,7 @@ class ShaftDescription(NotebookText):
                               rotational_stiffness=contact.rotational_stiffness * float(factors[1]))
         deviation = np.hypot(self.diameter_deviation, self.equivalent_deviation if segment.fluted else 0.0)
         diameter = segment.diameter * float(np.exp(deviation * normal[0]))
+        # A drawn diameter below the bore would give a negative area.
         return replace(segment, diameter=max(diameter, 1.0001 * segment.bore), contact=contact,
                        modulus=segment.numbers[0] * float(np.exp(self.modulus_deviation * normal[1])))
 

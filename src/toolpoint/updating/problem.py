@@ -14,6 +14,8 @@ from toolpoint.updating.parameter import Coordinates, Parameter, check_parameter
 from toolpoint.updating.residuals import FREQUENCY_WEIGHT, Residuals, Weighting, join_residuals
 
 SENSITIVITIES = ("exact", "finite differences", "central differences")
+# In the coordinates of a fit, which are of order one: rounding (1e-16/step) and curvature (step) are both below 1e-6 of the
+# slope in a first difference.
 DIFFERENCE_STEP = 1e-6
 
 
@@ -32,7 +34,7 @@ class Problem:
         ``exact`` (the model's own), or ``finite differences`` (forward) or ``central differences`` (for models that
         have none, and for comparison).
     frequency_weight : float
-        How much nearness in frequency counts beside MAC when modes are paired, see `residuals.tracked`.
+        How much nearness in frequency counts beside MAC when modes are paired, see `residuals.track_modes`.
 
     >>> from toolpoint.vibration import Modes
     >>> def model(values, names=()):  # a mass of 2 kg on a spring
@@ -113,7 +115,8 @@ class Problem:
         return tuple(predictions_by_model[id(model)] for model in self.models)
 
     def evaluated(self, x: FloatArray, slopes: bool = False, columns: Sequence[int] | None = None) -> Residuals:
-        """Return the residuals at x; with `slopes` their Jacobian to x of the parameters `at` (all where left out)."""
+        """Return the residuals at x; with `slopes` their Jacobian to x of the parameters `columns` (all where
+        left out)."""
         if not slopes:
             return self._plain(x)
         columns = tuple(range(len(self.parameters))) if columns is None else tuple(columns)
@@ -142,6 +145,7 @@ class Problem:
         upper = self.bounds[1]
         for k, j in enumerate(columns):
             moved = x.copy()
+            # Backwards at the upper bound, where a model may not exist beyond.
             moved[j] += DIFFERENCE_STEP if x[j] + DIFFERENCE_STEP <= upper[j] else -DIFFERENCE_STEP
             forward, backward, base = self._plain(moved), residuals, x
             if self.sensitivities == "central differences":

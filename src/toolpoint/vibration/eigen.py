@@ -53,6 +53,7 @@ def mass_normalised(mass: FloatArray, stiffness: FloatArray) -> tuple[FloatArray
 
 def natural_squares(mass: FloatArray, stiffness: FloatArray) -> FloatArray:
     """Return the eigenvalues w^2 of K phi = w^2 M phi, ascending, batched, in a third of the time of vectors."""
+    # Small matrices in one batched call, where calls cost most; large ones by LAPACK's reduction, which forms no inverse.
     if stiffness.shape[-1] < _SINGLE_MATRIX_SIZE:
         return np.linalg.eigvalsh(_scale_by_mass(mass, stiffness)[0])
     lower_factors, stiffnesses = np.broadcast_arrays(_cholesky(mass), stiffness)
@@ -76,6 +77,7 @@ def _scale_by_mass(mass: FloatArray, stiffness: FloatArray) -> tuple[FloatArray,
     """Return L^-1 K L^-T and L^-1 of M = L L^T."""
     inverse = np.linalg.inv(_cholesky(mass))
     scaled = inverse @ stiffness @ np.swapaxes(inverse, -1, -2)
+    # The products round differently above and below the diagonal, and `eigh` reads one triangle alone.
     return (scaled + np.swapaxes(scaled, -1, -2)) / 2, inverse
 
 
@@ -173,6 +175,7 @@ def _solve_structural(system: SecondOrderSystem, keep: int | None) -> Modes:
     """Return the eigenvectors of K + i D and M, with unit modal mass in the bilinear product phi^T M phi."""
     assert system.structural_damping is not None
     stiffness = system.stiffness + 1j * system.structural_damping
+    # K + i D is symmetric and not Hermitian: no symmetric solver applies, and vectors are orthogonal without conjugation.
     squares, vectors = np.linalg.eig(np.linalg.solve(system.mass, stiffness))
     order = np.argsort(squares.real)[:keep]
     squares, vectors = squares[order], vectors[:, order]
@@ -194,6 +197,7 @@ def _solve_viscous(system: SecondOrderSystem, keep: int | None) -> Modes:
     omega, ratio = np.abs(poles), np.zeros(poles.size)
     is_moving = omega > 0
     ratio[is_moving] = -poles.real[is_moving] / omega[is_moving]
+    # A pole at zero does not oscillate: ratio 1 keeps it among the real ones.
     ratio[~is_moving] = 1.0
     shape = np.concatenate([rigid + 0j, vectors], axis=1)
     frequency = np.concatenate([np.zeros(rigid.shape[1]), omega / (2 * np.pi)])[:keep]
@@ -226,9 +230,11 @@ def viscous_pencil(system: SecondOrderSystem, *, hysteretic: bool = False
     poles, states = np.linalg.eig(companion)
     largest = float(np.abs(poles).max(initial=0.0))
     poles = np.where(np.abs(poles) <= RIGID_TOLERANCE * largest, 0.0, poles)
+    # Rounding gives real poles a tiny imaginary part of either sign, which would make two modes of one or lose it.
     poles = np.where(np.abs(poles.imag) <= 1e-12 * np.abs(poles), poles.real + 0j, poles)
     is_upper = poles.imag >= 0
     poles, vectors = poles[is_upper], states[:n, is_upper]
+    # By size, then the slower of two real poles first: `eig` gives no order that lasts from pose to pose.
     order = np.lexsort((-poles.real, np.abs(poles)))
     poles, vectors = poles[order], vectors[:, order]
 
@@ -241,11 +247,13 @@ def viscous_pencil(system: SecondOrderSystem, *, hysteretic: bool = False
 
 def _split_rigid(mass: FloatArray, damping: FloatArray, stiffness: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the rigid-body modes (n, r) that neither K nor C holds, and a basis (n, n - r) orthogonal to them in M."""
+    # Each by its own size: N/m stand above N s/m by many powers of ten, and the smaller matrix would count as rounding.
     stiffness_scale = float(np.abs(stiffness).max()) or 1.0
     stacked = np.concatenate([stiffness / stiffness_scale, damping / (float(np.abs(damping).max()) or 1.0)])
     rigid = scipy.linalg.null_space(stacked, rcond=RIGID_TOLERANCE)
     if rigid.shape[1] == 0:
         return rigid, np.eye(mass.shape[0])
+    # The null space is orthonormal in the plain product: its Cholesky factor makes it so in that of the mass.
     gram = np.linalg.cholesky(rigid.T @ mass @ rigid)
     rigid = np.linalg.solve(gram, rigid.T).T
     return rigid, scipy.linalg.null_space(rigid.T @ mass)

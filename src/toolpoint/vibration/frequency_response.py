@@ -139,6 +139,7 @@ def _pole_factors(modes: Modes, omega: FloatArray) -> tuple[ComplexArray, Comple
     rigid = modes.is_rigid[..., None, :]
     is_real_pole = (np.abs(s.imag) <= 1e-12 * np.abs(s)) & ~rigid
     with np.errstate(divide="ignore", invalid="ignore"):
+        # A rigid mode has a double pole at zero, and unit modal mass in place of modal A: its whole response is -1/w^2.
         first = np.where(rigid, 1 / i_omega**2, 1 / (i_omega - s))
         second = np.where(rigid | is_real_pole, 0.0, 1 / (i_omega - s.conj()))
     return first, second
@@ -193,6 +194,7 @@ def truncation(system: SecondOrderSystem, modes: Modes, frequency: FloatArray) -
 
     if system.poses:
         fail("truncation", f"{system.poses} poses", "must be one pose", remedy="use at_pose(i)")
+    # Without damping a left-out mode is largest in the band below it: the error stated is the upper one.
     all_modes = solve_undamped(replace(system, damping=None, structural_damping=None))
     omitted = all_modes.selected(range(modes.count, all_modes.count))
     kept_response = modal(modes, frequency).values
@@ -218,6 +220,7 @@ def condense_above(modes: Modes, frequency: float, reason: str = "elastic bodies
     if not kept.size or not omitted.size:
         return modes
     omitted_modes = replace(modes.selected(omitted), lower_residual=None, upper_residual=None)
+    # At 0 Hz, where damping plays no part.
     static = modal(omitted_modes, np.zeros(1), outputs=modes.dofs, inputs=modes.input_dofs or modes.dofs).values[0]
     upper_residual = 0.0 if modes.upper_residual is None else modes.upper_residual
     note = f"{omitted.size} modes above {frequency:.4g} Hz count by their static part: {reason}"

@@ -157,6 +157,7 @@ class CutSolid:
         free = self._free(kept)
         columns = [NodeMatrix(self._pattern, part if part.shape[1] == 3 else part.ravel()).columns() for part in sums]
         stiffness, mass, *loss = (csc_array(part[free][:, free]) for part in columns)
+        # One loss factor for all sets is a multiple of the stiffness: no second assembly.
         damped = loss[0] if loss else csc_array((self._loss_factor or 0.0) * stiffness)
         for spring in self.springs:
             held = spring.on(free)
@@ -179,6 +180,7 @@ class CutSolid:
         columns = np.concatenate([np.repeat(np.arange(len(part)), part.shape[1]) + start for part, start in zip(
             nodes, np.cumsum([0, *(len(part) for part in nodes[:-1])]), strict=True)])
         count = len(self.model.nodes)
+        # Elements and nodes as the two sides of one graph: elements that share a node are joined, without a list of pairs.
         graph = coo_array((np.ones(rows.size, np.int8), (rows, count + columns)), shape=(count + total, count + total))
         label = connected_components(graph, directed=False)[1]
         elements = label[count:]

@@ -178,6 +178,7 @@ class SolidModel(NotebookText):
                 flat = shapes.reshape(len(shapes), -1, width)
                 total[0] += np.tensordot(flat, matrices.stiffness(block.kind, places, material) @ flat, ((0, 1), (0, 1)))
                 masses = matrices.scalar_mass(block.kind, places, material.density)
+                # A scalar mass serves all three directions: its product is a third of the work of the whole matrix.
                 inertia = (masses @ shapes.reshape(len(shapes), block.nodes.shape[1], -1)).reshape(flat.shape)
                 total[1] += np.tensordot(flat, inertia, ((0, 1), (0, 1)))
         return total[0], total[1]
@@ -208,6 +209,7 @@ class SolidModel(NotebookText):
     def mass_properties(self) -> MassProperties:
         """Mass, centre and inertia by the elements' own integrals."""
         total, first, second = 0.0, np.zeros(3), np.zeros((3, 3))
+        # About the nodes' own middle: far from the origin, moments would be small differences of large sums.
         origin = self.nodes.mean(axis=0)
         for block in self.blocks:
             density = self.materials[block.name].density
@@ -235,6 +237,7 @@ class SolidModel(NotebookText):
                  upper_corner: FloatArray | tuple[float, ...]) -> IndexArray:
         """Return the numbers of the nodes inside a box (m), its surface included."""
         a, b = floats("lower_corner", lower_corner, (3,)), floats("upper_corner", upper_corner, (3,))
+        # Faces of a box fall on nodes, whose coordinates a file may have rounded.
         tolerance = 1e-9 * float(np.ptp(self.nodes, axis=0).max())
         return np.flatnonzero(((self.nodes >= a - tolerance) & (self.nodes <= b + tolerance)).all(axis=1))
 

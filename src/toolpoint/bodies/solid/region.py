@@ -129,6 +129,7 @@ class JoinedPlaces(FaceArea):
         pieces = [piece for part in self.parts for piece in part.pieces(model)]
         area_of_face: dict[tuple[int, ...], float] = {}
         for piece in pieces:
+            # Square values are nodes that count alike, which have no area and no face.
             if len(piece.nodes) in _FACE_WIDTHS and piece.values.shape[0] != piece.values.shape[1]:
                 face = tuple(piece.nodes.tolist())
                 area_of_face[face] = area_of_face.get(face, 0.0) + float(piece.weights.sum())

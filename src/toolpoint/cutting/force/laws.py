@@ -148,6 +148,7 @@ def exact_chip(angle: FloatArray, radius: float, feed: float, *, teeth: int) -> 
         slope = radius * np.cos(delta) + per_angle * c
         step = gap / slope
         delta = delta - step
+        # rad: on a radius of metres still below rounding of the chip.
         if np.abs(step).max(initial=0.0) < 1e-16:
             break
     centre_lag = f - per_angle * delta

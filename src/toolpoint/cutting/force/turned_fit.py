@@ -51,7 +51,7 @@ def fit_turns(problem: MillingProblem, feeds: FloatArray, records: Sequence[Turn
     depth : float
         m.
     start : Calibration
-        A fit of the mean revolution (`instantaneous`); says whether run-out and a phase of each record are fitted.
+        A fit of the mean revolution; says whether run-out and a phase of each record are fitted.
     angle : float, optional
         Rotation of tooth 0 at the first sample, rad, where `start` has no phases; otherwise they are fitted.
     slices : int

@@ -51,6 +51,8 @@ class PixelBed:
 
         `centre` is the cutter's centre; angles are clockwise from y. The sector reaches from the centre to `radius`.
         """
+        # Corners of the sector for its bounding box alone: a step is a few degrees, so five points of its arc leave out less
+        # than a pixel.
         around = np.linspace(angle - turn, angle, 5)
         corner = np.array([[0.0, 0.0], *([radius * np.sin(a), radius * np.cos(a)] for a in around)])
         place = (corner + centre - self.origin) / self.pixel
@@ -132,6 +134,7 @@ def cut(problem: MillingProblem, bed: PixelBed, start: tuple[float, float], *, s
     feed = problem.feed_per_tooth * tool.teeth
     position = floats("start", start, (2,))
     for k in range(n):
+        # At the end of the step: what the edge sweeps is where it has been, and the next step begins there.
         centre = position + np.array([feed * (k + 1) / steps, 0.0])
         for layer, j in np.ndindex(lag.shape):
             angle = float((k + 1) * turn - lag[layer, j])

@@ -83,6 +83,7 @@ class Automatic:
 
     def _by_speed(self, problem: MillingProblem, speeds: FloatArray, depth_max: float, warm: WarmStart | None
                   ) -> StabilityChart:
+        # By an estimate and not by a trial: a speed that is too slow would have spent its time already.
         slow = np.array([estimate_seconds(problem, float(n)) > self.patience
                          or decay_of_overdamped(problem, float(n)) > MAX_FLOQUET_DECAY for n in speeds])
         if slow.all() or not slow.any():
@@ -103,6 +104,7 @@ def _join_charts(speeds: FloatArray, depth_max: float, parts: tuple[tuple[Array,
     columns = [np.concatenate([getattr(chart, name) for chart in charts])
                for name in ("depth", "theta", "frequency", "change", "error")]
     notes = dict.fromkeys((*(text for chart in charts for text in chart.notes), note))
+    # Of two methods the worse search counts: a chart is complete where both parts are.
     search = next((chart.search for chart in charts if chart.search != "complete"), "complete")
     return assemble_chart(speeds, depth_max, (index, *columns), method=", ".join(chart.method for chart in charts),
                      notes=tuple(notes), search=search)

@@ -68,10 +68,10 @@ class BallScrew:
     damping_ratio: float = 0.01
 
     def __post_init__(self) -> None:
-        if scalar("Screw.lead", self.lead) <= 0:
-            fail("Screw.lead", f"{self.lead:g} m", "must be above zero", remedy="give the travel of one turn in m")
+        if scalar("BallScrew.lead", self.lead) <= 0:
+            fail("BallScrew.lead", f"{self.lead:g} m", "must be above zero", remedy="give the travel of one turn in m")
         for name in ("diameter", "length", "modulus", "shear_modulus", "density"):
-            positive(f"Screw.{name}", getattr(self, name))
+            positive(f"BallScrew.{name}", getattr(self, name))
 
     @property
     def ratio(self) -> float:

@@ -6,7 +6,7 @@ import math
 
 from toolpoint._check import positive
 
-STEEL_MODULUS, STEEL_SHEAR, STEEL_DENSITY = 206e9, 79.4e9, 7850.0
+STEEL_MODULUS, STEEL_SHEAR, STEEL_DENSITY = 206e9, 79.4e9, 7850.0  # Pa, Pa, kg/m^3: screws and shafts of plain steel
 
 
 def cylinder_inertia(diameter: float, length: float, density: float = STEEL_DENSITY) -> float:

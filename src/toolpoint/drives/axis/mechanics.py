@@ -123,6 +123,8 @@ class Mechanics(NotebookText):
         free = [i for i, name in enumerate(self.coordinates) if name not in self.boundaries]
         n, block_index = len(free), np.ix_(free, free)
         row = self.vector(self.motor)[free]
+        # The saddle point finds the motion of least strain for one rad of the motor, in stiffness of order one beside rows
+        # of order one; springs alone are singular, as the whole axis may move.
         scale = max(float(np.abs(self.stiffness[block_index]).max()), 1.0)
         block = np.block([[self.stiffness[block_index] / scale, row[:, None]], [row[None, :], np.zeros((1, 1))]])
         v = np.linalg.solve(block, np.eye(n + 1)[n])[:n]
@@ -133,6 +135,7 @@ class Mechanics(NotebookText):
         """Undamped natural frequencies with the boundaries fixed, Hz; the rigid motion of the axis is the 0."""
         free = [i for i, c in enumerate(self.coordinates) if c not in self.boundaries]
         block_index = np.ix_(free, free)
+        # Rounding takes the rigid motion's zero to either side of it.
         values = np.linalg.eigvals(np.linalg.solve(self.mass[block_index], self.stiffness[block_index])).real
         return np.sqrt(nonnegative("w^2", np.sort(np.maximum(values, 0.0)))) / (2 * np.pi)
 

@@ -51,6 +51,7 @@ def respond_to_forces(servo: Servo, forces: FloatArray, outputs: FloatArray, *, 
         system = 1j * omega * np.eye(n) - a
         if state == "on":
             for i, controller in enumerate(servo.controllers):
+                # Column 2 i + 1 is the quadrature voltage (or the torque) of axis i.
                 system += np.outer(plant.b_input[:, 2 * i + 1], _feedback(controller, omega, rows[i]))
         result[k] = outputs @ (_braked(system, torques, rows[:, ANGLE], forces) if state == "braked"
                                else np.linalg.solve(system, forces))
@@ -96,6 +97,8 @@ def _feedback(c: Controller, omega: float, rows: FloatArray) -> ComplexArray:
     controller = c.current.gain + times.current * c.current.integral / (z_current - 1)
     row = controller * (rows[CURRENT_Q] + reference / m.torque_constant)
     if c.current.decoupling:
+        # The compensation acts against the voltage that the rotating flux induces, so it enters with the sign of the
+        # feedback.
         row = row - m.pole_pairs * m.flux * rows[SPEED]
     return np.asarray(hold * z_current**-c.current.delay * row)
 

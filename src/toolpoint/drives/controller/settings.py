@@ -220,6 +220,7 @@ class Controller:
         lead = float(self.lead or 0.0)
         p = np.zeros((), PARAMETERS)
         p["position_gain"], p["velocity_feedforward"], p["lead"] = position.gain, position.velocity_feedforward, lead
+        # The set point accelerates in m/s^2, the torque belongs to rad/s^2 of the motor.
         p["inertia_feedforward"] = position.inertia_feedforward / lead
         p["friction_feedforward"], p["friction_velocity"] = position.friction_feedforward, position.friction_velocity
         p["scale_feedback"] = position.feedback == "scale"

@@ -51,6 +51,8 @@ class Contact:
     @property
     def reference_stiffness(self) -> float:
         """Stiffness that enters the linear part: 2 k where preloaded, else k."""
+        # The slope at rest of a preloaded nut, where both sides carry; with backlash there is none at rest, and that of
+        # contact stands in.
         return 2 * self.stiffness if self.preload_deflection > 0 else self.stiffness
 
     def force(self, deflection: FloatArray | float) -> FloatArray:

@@ -50,6 +50,7 @@ class SevenPhase:
             states.append((*state, j))
             s, v, a = state
             state = (s + v * t + a * t * t / 2 + j * t**3 / 6, v + a * t + j * t * t / 2, a + j * t)
+        # Behind the last phase the place stays, without the rest of acceleration that rounding of the phases leaves.
         states.append((*state[:2], 0.0, 0.0))
         phase = np.clip(np.searchsorted(knots, time, side="right") - 1, 0, len(states) - 1)
         s, v, a, j = np.array(states)[phase].T
@@ -109,11 +110,13 @@ def _peak(length: float, start: float, end: float, limits: JerkLimits) -> float:
     """Return the peak speed whose two changes take just `length`: rest to rest closed, else by bisection."""
     if start == end == 0.0:
         a, j = limits.acceleration, limits.jerk
+        # Without a phase of constant acceleration: L = 2 v sqrt(v/j). With one: L = v (v/a + a/j).
         short = (length * math.sqrt(j) / 2) ** (2 / 3)
         return short if short <= a * a / j else a * (math.sqrt(a * a / (j * j) + 4 * length / a) - a / j) / 2
     lower, upper = max(start, end), limits.speed
     while upper - lower > 1e-16 * upper:
         middle = 0.5 * (lower + upper)
+        # Two neighbouring floats have no number between them: the interval cannot shrink further.
         if middle in (lower, upper):
             break
         lower, upper = (middle, upper) if _distance(middle, start, end, limits) <= length else (lower, middle)

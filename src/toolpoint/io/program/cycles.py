@@ -12,7 +12,7 @@ CYCLES = frozenset({73, 74, 76, 81, 82, 83, 84, 85, 86, 87, 88, 89})
 # Cycles that leave the hole at the feed; the others leave it in rapid.
 _FEED_OUT = frozenset({74, 84, 85, 89})
 _PECKS = frozenset({73, 83})
-_MOST_PECKS = 1000
+_MOST_PECKS = 1000  # of a hole: a peck in the wrong unit would make a hundred thousand moves of one block
 # Way that a peck with chip breaking goes back, and at which the next one of a full retract begins above the last, m.
 _CHIP_RETRACT_M = 1e-3
 

@@ -29,7 +29,7 @@ _FUNCTIONS: dict[str, Callable[[float], float]] = {
     "NEG": lambda v: -v}
 _BY_LENGTH = sorted(_FUNCTIONS, key=len, reverse=True)
 _PARAMETER = re.compile(r"(R|Q[LRS]?)(\d|\[)")
-_MAX_BRACKET_DEPTH = 50
+_MAX_BRACKET_DEPTH = 50  # each takes one Python call a level of precedence: far below the interpreter's own limit
 
 
 class ExpressionFault(Exception):

@@ -7,7 +7,7 @@ from pathlib import Path
 
 # How names of program files end, in capitals; others in the folder are not looked at.
 SUFFIXES = frozenset({"", ".NGC", ".NC", ".MPF", ".SPF", ".TXT", ".TAP", ".CNC", ".GCODE", ".SUB", ".EIA", ".ISO", ".PRG"})
-MAX_SUBPROGRAM_BYTES = 20_000_000
+MAX_SUBPROGRAM_BYTES = 20_000_000  # a file larger than any subprogram is data that bears its name
 
 
 @dataclass(frozen=True)

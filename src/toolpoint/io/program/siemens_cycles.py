@@ -87,7 +87,7 @@ def peck_depths(first: float, degression: float, total: float, *, least_stroke: 
     """Return the depths (from the reference level) to which CYCLE83 drills one after the other.
 
     The first stroke is given; each next one is shorter by the degression, or by that factor where it is negative, and never
-    shorter than the degression (or `least`); what is left below two last strokes is shared between two.
+    shorter than the degression (or `least_stroke`); what is left below two last strokes is shared between two.
     """
     first = min(first, total) if first > 0 else total
     depths, stroke = [first], first

@@ -15,7 +15,7 @@ from toolpoint.io.uff.sets import UniversalFile, UniversalSet
 BEAMS = frozenset({11, 21, 22, 23, 24})  # a record of orientation stands between head and nodes
 CURVES = BEAMS | {31, 32, 136, 137, 138, 139}
 SURFACES = frozenset({*range(41, 49), *range(51, 57), *range(61, 67), *range(71, 77), *range(81, 87), *range(91, 99)})
-MOST_NODES = 100
+MOST_NODES = 100  # of an element; the largest solids have 27: a larger number is another field read as this one
 # Solids by descriptor: nodes of the lower ring, of rising edges, of the upper ring.
 SOLIDS = {101: (6, 3, 6), 102: (12, 6, 12), 103: (12, 8, 12), 104: (8, 0, 8), 105: (8, 4, 8), 106: (12, 8, 12),
           111: (3, 0, 1), 112: (3, 0, 3), 113: (6, 3, 6), 114: (9, 6, 9), 115: (4, 0, 4), 116: (8, 4, 8), 117: (12, 8, 12),

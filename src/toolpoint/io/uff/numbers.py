@@ -21,8 +21,8 @@ import numpy as np
 from toolpoint._check import FloatArray
 
 FEWEST_LINES = 2
-MOST_DIGITS = 15
-WRITTEN_DECIMALS = 12
+MOST_DIGITS = 15  # of a number: as a whole number it is below 2^53, and so exact in a float
+WRITTEN_DECIMALS = 12  # of the mantissa: as the format's E20.12 has them
 # Within these powers of ten no product or rounding error leaves the normal floats.
 LARGEST_POWER = 250
 _DEKKER_SPLITTER = 134217729.0  # 2^27 + 1: halves of a float of 53 bits, whose products are exact

@@ -250,6 +250,8 @@ def _frame_covariance(motion: RelativeMotion, fit: JointFit) -> tuple[FloatArray
     """Return the joint's frame (4, 4) in the machine frame, m, and the covariance (6, 6) of its small motion in itself."""
     place = fit.chart.frame(fit.theta).copy()
     slope = np.zeros((6, len(fit.theta)))
+    # Coordinates of the chart are of order one (lengths in units of `motion.size`), so a forward step of 1e-6 gives slopes
+    # to 1e-6.
     for i, step in enumerate(1e-6 * np.eye(len(fit.theta))):
         slope[:, i] = tf.logarithm(tf.inverse(place) @ fit.chart.frame(fit.theta + step)) / 1e-6
     slope[:3] *= motion.size
@@ -268,6 +270,7 @@ def axis_of(axes: FloatArray, ways: tuple[str, ...], kind: str) -> FloatArray:
         axis = axes[:, "xyz".index(turns[0][1])]
     else:
         return np.zeros(3)
+    # A line has no sense: its largest component is made positive, so that axes of two fits can be compared.
     return np.asarray(axis * (-1.0 if axis[int(np.argmax(np.abs(axis)))] < 0 else 1.0))
 
 
@@ -291,6 +294,7 @@ def joint_frame(axes: FloatArray, ways: tuple[str, ...]) -> tuple[FloatArray, tu
     for order in _axis_renamings():
         names = _rename_directions(ways, order)
         aligned = _align_axes(axes @ order, turning_axes(names))
+        # Renamings that lie equally near differ by rounding: the margin lets the first one win on every machine.
         if np.trace(aligned) > largest_trace + 1e-9:
             best, largest_trace = (aligned, names), float(np.trace(aligned))
     return best[0], best[1], axes.T @ best[0]

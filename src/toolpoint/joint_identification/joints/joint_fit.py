@@ -98,7 +98,7 @@ class JointFit(NotebookText):
         return self.chart.kind
 
     def __repr__(self) -> str:
-        return f"Fit({self.kind}, chi2 {self.chi2:.3g} on {self.freedom}, p {self.probability:.2g})"
+        return f"JointFit({self.kind}, chi2 {self.chi2:.3g} on {self.freedom}, p {self.probability:.2g})"
 
 
 @dataclass(frozen=True, eq=False)

@@ -44,14 +44,14 @@ class ComponentMass(NotebookText):
     centre_deviation: float = 0.0
 
     def __post_init__(self) -> None:
-        positive("MassProperties.mass", self.mass)
-        object.__setattr__(self, "centre", floats("MassProperties.centre", self.centre, (3,)))
-        inertia = symmetric("MassProperties.inertia", floats("MassProperties.inertia", self.inertia, (3, 3)))
+        positive("ComponentMass.mass", self.mass)
+        object.__setattr__(self, "centre", floats("ComponentMass.centre", self.centre, (3,)))
+        inertia = symmetric("ComponentMass.inertia", floats("ComponentMass.inertia", self.inertia, (3, 3)))
         if np.linalg.eigvalsh(inertia)[0] < 0:
-            fail("MassProperties.inertia", "a negative principal moment", "must not be negative")
+            fail("ComponentMass.inertia", "a negative principal moment", "must not be negative")
         object.__setattr__(self, "inertia", inertia)
         for name in ("mass_deviation", "inertia_deviation", "centre_deviation"):
-            nonnegative(f"MassProperties.{name}", np.asarray(getattr(self, name), float))
+            nonnegative(f"ComponentMass.{name}", np.asarray(getattr(self, name), float))
 
     @property
     def matrix(self) -> FloatArray:
@@ -90,7 +90,7 @@ class ComponentMass(NotebookText):
         return cls(mass, centre, inertia)
 
     def __repr__(self) -> str:
-        return f"MassProperties({self.mass:g} kg at {np.array2string(np.asarray(self.centre), precision=3)} m)"
+        return f"ComponentMass({self.mass:g} kg at {np.array2string(np.asarray(self.centre), precision=3)} m)"
 
 
 def _physical_moments(original: FloatArray, changed: FloatArray) -> FloatArray:
@@ -144,12 +144,15 @@ def _diagonal(lines: stiffness_matrix.Lines, part: slice) -> FloatArray:
     """Return the stiffness of every line alone, without the bias of noise in q."""
     noise = np.einsum("kjj->kj", lines.spread)
     cross = lines.square[:, None] * np.einsum("ja,kaj->kj", lines.mass, lines.spread)
+    # Errors in variables: the mean of q^2 holds the noise of q, that of q f its covariance with M q. Both are subtracted,
+    # else k is too low. The weights hold k, so they follow it for some rounds.
     weight, k = 1 / np.maximum(noise, 1e-300), np.zeros(lines.q.shape[1])
     for _ in range(4):
         k = (weight * (lines.q * lines.force - cross)).sum(axis=0) / (weight * (lines.q**2 - noise)).sum(axis=0)
         miss = lines.square[:, None, None] * lines.mass[None] - k[:, None] * np.eye(len(k))
         weight = 1 / np.maximum(np.einsum("kja,kab,kjb->kj", miss, lines.spread, miss, optimize=True), 1e-300)
     typical = np.abs(lines.square.mean() * np.diag(lines.mass))
+    # Noise can make it negative: a fit needs a positive start.
     return np.where(k[part] > 1e-6 * typical[part], k[part], 0.1 * typical[part])
 
 
@@ -163,6 +166,8 @@ def _positive_matrix(block: stiffness_matrix.Lines, diagonal: FloatArray) -> Flo
             matrix = stiffness_matrix.solve(block, block.weights(matrix))
     except np.linalg.LinAlgError:
         return np.diag(diagonal)
+    # By the diagonal, since N/m and N m/rad do not compare: what is left are pure numbers, 1 where directions are not
+    # coupled.
     scale = np.sqrt(diagonal)
     values = np.linalg.eigvalsh(matrix / np.outer(scale, scale))
     return matrix if values[0] > 1e-3 and values[-1] < 1e3 else np.diag(diagonal)

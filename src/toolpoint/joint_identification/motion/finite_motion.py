@@ -76,6 +76,7 @@ def displacements(part: Component) -> FloatArray:
     for i, position in enumerate(part.at):
         rows = np.flatnonzero((part.places == position).all(axis=1))
         ways = part.ways[rows]
+        # A smallest singular value of 1e-3 multiplies the noise across the directions by a thousand.
         if len(rows) < 3 or np.linalg.matrix_rank(ways, tol=1e-3) < 3:
             fail(f"components[{part.name!r}]", f"point {part.points[i]!r} is not measured in three directions",
                  "must be for a finite-motion method", remedy="use SmallMotion, which takes any directions")
@@ -112,6 +113,7 @@ def bisector_axis(points: FloatArray, displaced: FloatArray) -> BisectorAxis:
     crossings = _crossings(middles, move)
     if not len(crossings):
         fail("displaced", "no two displacements with different directions", "must have some")
+    # By density and not by a mean, which would follow the crossings of nearly parallel bisectors: these lie far off.
     n_nearest = max(2, len(crossings) // 10)
     distance = np.asarray(cKDTree(crossings).query(crossings, k=n_nearest)[0])
     densest = crossings[int(np.argmin(distance[:, -1]))]
@@ -124,6 +126,7 @@ def _crossings(middles: FloatArray, move: FloatArray) -> FloatArray:
     determinant = move[a, 0] * move[b, 1] - move[a, 1] * move[b, 0]
     level = (middles * move).sum(axis=1)
     length = np.linalg.norm(move, axis=1)
+    # Bisectors within 0.06 degrees of each other cross at their noise over the sine of that angle, a thousand times too far.
     is_distinct = np.abs(determinant) > 1e-3 * length[a] * length[b]
     a, b, determinant = a[is_distinct], b[is_distinct], determinant[is_distinct]
     x = (level[a] * move[b, 1] - level[b] * move[a, 1]) / determinant
@@ -151,6 +154,8 @@ def _compensated_places(parent: Component | None, child: Component, amplitude: f
     child_motion = displacements(child)
     other = None if parent is None else displacements(parent)
     for i in range(child_motion.shape[2]):
+        # One enlargement for both: what is undone on the child is the finite motion of a parent displaced by the same
+        # factor.
         size = np.sqrt((child_motion[:, :, i] ** 2).sum(axis=1).max())
         if other is not None:
             size = max(size, np.sqrt((other[:, :, i] ** 2).sum(axis=1).max()))
@@ -166,4 +171,5 @@ def meeting_point(axes: tuple[BisectorAxis, ...]) -> FloatArray:
     """Return the point nearest to all axes: the average of the repeated axes of the source, unweighted."""
     across = np.array([np.eye(3) - np.outer(axis.direction, axis.direction) for axis in axes])
     points = np.array([axis.point for axis in axes])
+    # Parallel axes leave the point along them open: the cut-off lets the least norm decide, where rounding would.
     return np.asarray(np.linalg.lstsq(across.sum(axis=0), np.einsum("nij,nj->i", across, points), rcond=1e-6)[0])

@@ -91,7 +91,7 @@ def column_correlation(parts: Mapping[str, Component], motions: Mapping[str, Rig
 
 def with_errors(part: Component, motion: RigidMotion, correlation: FloatArray, *, gains: SensorGains | None = None
                 ) -> RigidMotion:
-    """Return the motion with the covariance of all its columns: `whole`, and `covariance` as its diagonal blocks."""
+    """Return the motion with the covariance of all its columns: `full_covariance`, and `covariance`, its diagonal blocks."""
     maps = _maps(part)
     noise = maps * np.sqrt(motion.variance).T[:, None, :]
     if gains is not None:

@@ -22,6 +22,7 @@ from toolpoint.joint_identification.motion.measured import Component, about
 from toolpoint.joint_identification.motion.rigid_motion import RigidMotion, SmallMotion, rigid_motion
 from toolpoint.spatial import transform as tf
 
+# Steps end by `_OFFSET_TOLERANCE`, rounds by `_VARIANCE_TOLERANCE`; these bound what noise alone would keep moving.
 _MAX_GAUSS_NEWTON_STEPS, _MAX_VARIANCE_ROUNDS = 20, 6
 _OFFSET_TOLERANCE = 1e-4  # of the stated deviation: a step below it is the last
 _VARIANCE_TOLERANCE = 0.02  # change of the logarithm of the noise between rounds

@@ -114,6 +114,7 @@ def rigid_motion(part: Component, twist: FloatArray | None = None, *, absorbed: 
     freedom = max(len(part.rows) - 6 - round(absorbed), 1)
     excess = (error**2).sum(axis=0) / freedom
     is_known = part.variance is not None
+    # The scale factor only widens: a residual that is small by chance does not make the known noise smaller.
     factor = np.maximum(excess, 1.0 if is_known else part.min_variance)
     power = (part.values**2).sum(axis=0)
     power = np.where(power > 0, power, 1.0)

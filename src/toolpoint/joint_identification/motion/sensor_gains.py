@@ -36,7 +36,7 @@ _MIN_AXIS_COSINE = 0.999  # cosine, from which a measured direction is one of th
 _MAX_AXES_COSINE = 0.05  # of two directions of one sensor
 _GAIN_ROUNDS = 4  # of gains and noise in turn
 _AXIS_NAMES = "xyz"
-_HALF_WIDTH_DEVIATIONS = 1.96
+_HALF_WIDTH_DEVIATIONS = 1.96  # two-sided 95 % of a normal error
 
 
 @dataclass(frozen=True, eq=False)

@@ -44,6 +44,7 @@ class ArmRow:
         for name in ("theta", "d", "a", "alpha"):
             scalar(f"ArmRow {self.axis}.{name}", getattr(self, name))
         for name in ("theta", "alpha"):
+            # Tables print degrees: 90 taken as rad would be a valid rotation of another arm.
             if abs(getattr(self, name)) > 2 * np.pi + 1e-9:
                 fail(f"ArmRow {self.axis}.{name}", f"{getattr(self, name):g} rad", "must be within one turn",
                      remedy=f"angles are in rad; did you mean {getattr(self, name):g} deg?")

@@ -220,6 +220,7 @@ class _Goal:
         d, goal = axes[:, 2], self.axes[:, 2]
         cross = np.cross(goal, d)
         sine = float(np.linalg.norm(cross))
+        # For a small angle the cross product is the rotation vector itself.
         return cross * (np.arctan2(sine, float(d @ goal)) / sine if sine > 1e-12 else 1.0)
 
     def slope(self, positions: FloatArray) -> FloatArray:
@@ -255,6 +256,7 @@ def _starts(chain: TreeChain, first: FloatArray) -> Sequence[FloatArray]:
             axis = chain.driven_axes[k]
             lower, upper = max(axis.lower, -np.pi), min(axis.upper, np.pi)
             start[k] = lower + (upper - lower) * (number % count + 0.5) / count
+            # The digits of the number to the base of `count` are the cells of the axes.
             number //= count
         starts.append(start)
     return starts
@@ -294,6 +296,7 @@ def _polish(goal: _Goal, positions: FloatArray, lower: FloatArray, upper: FloatA
         step = np.linalg.lstsq(goal.slope(positions), -goal.residual(positions), rcond=1e-12)[0]
         candidate = np.clip(positions + step, lower, upper)
         candidate_size = float(np.abs(goal.residual(candidate)).max())
+        # Also where the new residual is not a number.
         if not candidate_size < size:
             break
         positions, size = candidate, candidate_size

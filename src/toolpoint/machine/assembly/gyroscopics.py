@@ -75,11 +75,13 @@ def _polar_inertia(name: str, body: Body, axis: FloatArray) -> FloatArray:
         fail(f"bodies.{name}.spin", "an elastic body", "must be rigid", remedy="take the spin away, or the reduced body")
     mass = body.mass[0, 0]
     first_moment = body.mass[3:6, :3] / mass
+    # Parallel axes: [c]^2 is negative, so the sum is the inertia about the centre of mass.
     inertia = body.mass[3:, 3:] + mass * first_moment @ first_moment
     polar = float(axis @ inertia @ axis)
     across = np.linalg.svd(axis[None])[2][1:]
     transverse = across @ inertia @ across.T
     scale = max(polar, float(np.abs(transverse).max()))
+    # About the axis a body must be balanced, with equal moments and no product of inertia across it.
     asymmetry = max(float(np.abs(inertia @ axis - polar * axis).max()), abs(transverse[0, 0] - transverse[1, 1]),
                     2 * abs(transverse[0, 1])) / scale
     if asymmetry > SYMMETRY_TOLERANCE:

@@ -99,6 +99,7 @@ def _state(machine: Machine, pose: Pose | None) -> tuple[FloatArray, FloatArray,
     values = chain.step_values(pose or {})
     moved = chain.displacements_of(chain.motions_of(values))
     frames = moved @ machine.body_frames
+    # All inertias about one origin: wrenches and twists of different bodies can then be added.
     to_body = tf.adjoint(tf.inverse(frames))
     masses = np.stack([body.mass for body in machine.bodies])
     return values, chain.twists_of(values, moved), np.swapaxes(to_body, -1, -2) @ masses @ to_body
@@ -153,5 +154,6 @@ def _bias(machine: Machine, values: FloatArray, sd: FloatArray) -> FloatArray:
     rates_forward, rates_backward = (chain.closure.rates(advance(chain.steps, chain.balls, values, change=s * h * sd))
                                      for s in (1, -1))
     rates = chain.closure.rates(values)
+    # Axis rates of the given step rates: driven steps are among them, so the solution is exact.
     qd = (np.linalg.pinv(rates) @ sd[..., None])[..., 0]
     return ((rates_forward - rates_backward) @ qd[..., None])[..., 0] / (2 * h)

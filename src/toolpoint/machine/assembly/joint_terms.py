@@ -36,6 +36,7 @@ def joint_matrices(place: Placement) -> tuple[FloatArray, FloatArray, FloatArray
                 matrices[2, :, column, column] += law.travel.loss_factor * gain
     if not machine.loops:
         k, c, d = matrices
+        # One matrix stands for all poses, without a copy: joints of a tree have their springs in their own coordinates.
         shape = (place.poses, n, n)
         return np.broadcast_to(k, shape), np.broadcast_to(c, shape), np.broadcast_to(d, shape)
     matrices = np.repeat(matrices, place.poses, axis=1) if matrices.shape[1] == 1 else matrices
@@ -106,6 +107,7 @@ def loop_motion(place: Placement, loop: LoopJoint) -> FloatArray:
                                 joint_place) - place.jacobian(loop.parent, loop.parent_interface, joint_place)
     motion = tf.adjoint(tf.inverse(loop_frame(place, loop))) @ difference
     directions = loop_directions(place, loop)
+    # Directions that turn with the joint are no axes of its frame: their amounts solve for the twist.
     return motion if directions is None else np.linalg.solve(directions, motion)
 
 

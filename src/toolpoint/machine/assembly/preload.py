@@ -99,6 +99,7 @@ def _forces(place: Placement) -> list[_Force]:
             if mass <= 0:
                 continue
             first_moment = body.mass[3:6, :3] / mass
+            # The lower left block of a spatial inertia is m [c]: its entries are the centre of mass.
             centre = np.array([first_moment[2, 1], first_moment[0, 2], first_moment[1, 0]])
             centre_place = tf.move(place.frames[:, i], centre[None])[:, 0]
             result.append(_Force(i, None, centre_place, mass * g, np.zeros(3)))
@@ -139,6 +140,7 @@ def _force_stiffness(place: Placement, force: _Force) -> FloatArray:
     jacobian = _body_jacobian(place, force)
     turn, velocity = jacobian[:, 3:], tf.point_velocity(force.place) @ jacobian
     pull = np.swapaxes(skew(force.force) @ turn, -1, -2) @ velocity
+    # Half of each order of turning: a moment by weights on cords, which has a potential, where a fixed one has none.
     twist = 0.5 * np.swapaxes(skew(force.moment) @ turn, -1, -2) @ turn
     return -_symmetrised(pull + twist, place.machine.groups)
 
@@ -182,6 +184,7 @@ def _balance(place: Placement, forces: list[_Force]) -> tuple[FloatArray, list[F
 def _check_balance(place: Placement, kkt: FloatArray, solution: FloatArray, right_side: FloatArray, scale: float) -> None:
     """Refuse a pose whose free directions are pulled: the solution then misses the load there."""
     error = np.abs((kkt @ solution[..., None])[..., 0] - right_side)[:, :place.machine.size] * scale
+    # Where there is no load rounding must not count as one.
     limit = 1e-6 * max(float(np.abs(right_side).max()) * scale, 1e-9)
     if (error > limit).any():
         worst_coordinate = int(np.argmax(error.max(axis=0)))

@@ -63,6 +63,7 @@ def solve_closed(machine: Machine, poses: Pose, mode_count: int) -> tuple[FloatA
         condense_kernel.condense_matrices(arrays.tree, arrays.ways, arrays.loops, values[chunk], moments, columns, elastic,
                                           places, tree_stiffness, mass[:count], stiffness[:count], settled[chunk])
         condense_kernel.scale_by_stiffness(mass[:count], stiffness[:count], settled[chunk])
+        # Poses that the kernels left out get a matrix with eigenvalues: NumPy answers for them afterwards.
         mass[:count][~settled[chunk]] = identity
         kernel.largest_scaled_eigenvalues(mass[:count], identity, True, mode_count, result[chunk])
     return 1 / (2 * np.pi * np.sqrt(result)), settled
@@ -126,6 +127,8 @@ def _parts(machine: Machine) -> tuple[IndexArray, IndexArray, IndexArray]:
     free = n if basis is None else int(basis.shape[-1])
     rows = np.concatenate([loop_motion(place, loop)[0, _locked(loop.law.states)] for loop in machine.loops])
     rank = n - free
+    # Pivoting takes the rows farthest from dependent first; the same of the columns gives coordinates that the loops
+    # determine well.
     kept = np.sort(qr(rows.T, pivoting=True)[2][:rank])
     dependent = np.sort(qr(rows[kept], pivoting=True)[2][:rank]) if rank else np.zeros(0, int)
     return kept, dependent, np.setdiff1d(np.arange(n), dependent)

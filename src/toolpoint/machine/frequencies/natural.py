@@ -101,6 +101,7 @@ def _constant_frequencies(machine: Machine, poses: Pose, number: int, factor: Fl
     """Return the frequencies of a machine of constant stiffness, by the eigenvalues of L^-1 M L^-T."""
     mass = mass_matrix(place_machine(machine, poses))
     scale = np.diag(factor)
+    # A machine without coupled springs has a diagonal factor: scaling in place of two products of matrices.
     values = np.linalg.eigvalsh(mass * (scale[:, None] * scale) if _is_diagonal(factor) else factor @ mass @ factor.T)
     return 1 / (2 * np.pi * np.sqrt(values[:, ::-1][:, :number]))
 
@@ -118,6 +119,7 @@ def _inverse_factor(machine: Machine) -> FloatArray | None:
         return None
     stiffness = joint_matrices(place_machine(machine))[0][0]
     try:
+        # Cholesky is the test, too: a free direction has no stiffness, and the factor does not exist.
         return np.linalg.inv(np.linalg.cholesky(stiffness))
     except np.linalg.LinAlgError:
         return None

@@ -52,6 +52,7 @@ class SlidingPatch:
     def positions(self) -> FloatArray:
         """Return the stations, m."""
         spacing = self.patch.length / 2 if self.stations is None else self.stations
+        # A travel of just n spacings has n + 1 stations, whatever rounding makes of the quotient.
         count = max(int(np.ceil((self.high - self.low) / spacing - 1e-9)), 1) + 1
         return np.linspace(self.low, self.high, count)
 

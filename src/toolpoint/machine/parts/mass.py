@@ -71,6 +71,8 @@ def equivalent_cuboid(body: BodyDescription) -> tuple[FloatArray, FloatArray, Fl
     inertia, in its own frame: I_x = m (b^2 + c^2) / 12."""
     properties = mass_properties(body)
     moments, axes = np.linalg.eigh(properties.inertia)
+    # Half the sum of the moments less one is the second moment of mass along its axis, m a^2/12; rounding takes that of a
+    # plate below zero.
     edges = np.sqrt(np.maximum(12.0 * (moments.sum() / 2 - moments) / properties.mass, 0.0))
     return properties.centre, axes, edges
 
@@ -96,6 +98,7 @@ def _from_solid(body: BodyDescription) -> MassProperties:
     density = 1.0 if body.density is None else body.density
     if body.mesh is not None:
         nodes, triangles = mesh.merge_corners(body.mesh.corners)
+        # At unit density: a stated mass gives the density of a body that states none.
         unit = mesh.mass_properties(nodes, triangles, 1.0)
     else:
         shape = body.shape

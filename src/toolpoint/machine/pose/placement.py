@@ -113,6 +113,7 @@ def body_coordinates(place: Placement, link: int) -> FloatArray:
     modal = list(machine.modal_columns[link])
     if not modal:
         return twists
+    # Modal amplitudes are coordinates of the machine themselves.
     unit = np.zeros((place.poses, len(modal), machine.size))
     unit[:, range(len(modal)), modal] = 1.0
     return np.concatenate([twists, unit], axis=1)
@@ -147,6 +148,7 @@ def place_machine(machine: Machine, pose: Pose | None = None) -> Placement:
             twists = tf.adjoint(joint_frames[:, i]) @ machine.joints[i].basis
             for way in machine.passive_turns[i]:
                 assert passive_twists is not None
+                # A passive rotation turns about its moved axis, which the joint's frame at rest does not show.
                 twists[:, :, machine.joints[i].freedoms.index(way)] = passive_twists[:, chain.steps.index(Step(i, way))]
             jacobians[:, i][:, :, list(joint_columns[i])] += twists
         if machine.bodies[i].modal_count:

@@ -72,11 +72,15 @@ def _best_candidate(data: Data, fit: PoleFit, residual: ComplexArray, *, trial: 
     else:
         gram, moments = _moments(data, fit, residual, trial)
     size = np.einsum("gaa->g", gram)
+    # A trial pole beside a known one keeps next to nothing of its columns: the gain of what is left is bounded, where the
+    # inverse would be rounding.
     gram = gram + 1e-9 * np.maximum(size, 1e-300)[:, None, None] * np.eye(2)
     factors = np.linalg.solve(gram, moments)
     gain = (factors * moments).sum(axis=1) / _noise_power(data, fit, residual)
+    # Trial poles that known modes span have lost their columns: what they would explain is rounding.
     mean = np.where(size > 1e-6 * size.max(), gain.mean(axis=1) / 2, 0.0)
     best = int(np.argmax(mean))
+    # The best of many trials of noise alone: a mean of n gains of chi-squared kind scatters by one over the root of n.
     if not is_given and mean[best] < max(MIN_CANDIDATE_GAIN, 1 + 12 / np.sqrt(gain.shape[1])):
         return None
     residue = (factors[best, 0] + 1j * factors[best, 1]).reshape(residual.shape[1:])
@@ -88,6 +92,7 @@ def _moments(data: Data, fit: PoleFit, residual: ComplexArray, trial: ComplexArr
     """Return of every trial pole its Gram matrix (n, 2, 2) and moments with the residual less the known modes."""
     columns = data.columns(pole_terms(data.p, trial))
     known_basis = np.linalg.qr(data.columns(pole_terms(data.p, fit.poles)))[0]
+    # What the known modes can explain by other shapes is no evidence of a further one.
     columns = columns - known_basis @ (known_basis.T @ columns)
     rows = real_rows(residual.reshape(residual.shape[0], -1))
     pairs = columns.reshape(-1, trial.size, 2)

@@ -75,6 +75,7 @@ def estimate(frf: Frf, poles: ComplexArray, participation: ComplexArray, *, refi
         poles, participation = _search_on_averages(frf, poles, participation)
     data = Data.of(frf, _stated_line_weight(frf))
     stated_weight = _stated_weight(frf, data.line_weight)
+    # Before the first residual nothing is known of the noise: equal relative errors keep loud responses from deciding alone.
     weight = starting_weight(frf) if stated_weight is None else stated_weight
     fit = evaluate(data, poles / data.scale, participation, weight=weight)
     if not refine:
@@ -90,7 +91,10 @@ def estimate(frf: Frf, poles: ComplexArray, participation: ComplexArray, *, refi
             fit = (_refine_again(data, fit, None) if is_dense or fixed
                    else _drop_weak_modes(data, _refine_with_noise(data, fit, None), None))
     residual_weight = _residual_weight(data, fit)
+    # The larger noise of the two counts: a stated variance does not hold what the model misses, the residual may be small by
+    # chance.
     final_weight = residual_weight if stated_weight is None else np.minimum(stated_weight, residual_weight)
+    # The median of the responses: a single faulty channel does not widen all intervals.
     excess = 1.0 if stated_weight is None else float(np.median((stated_weight / residual_weight) ** 2))
     fit = evaluate(data, fit.poles, fit.participation, weight=final_weight)
     spread = correlation_factor(residual(data, fit))
@@ -233,6 +237,7 @@ def _residual_line_weight(data: Data, fit: PoleFit) -> FloatArray | None:
     power = third_differences.reshape(lines - 3, -1).mean(axis=1) / 20
     kernel = np.ones(lines // NOISE_WINDOW_COUNT)
     smoothed = np.convolve(power, kernel, "same") / np.convolve(np.ones_like(power), kernel, "same")
+    # A third difference shortens the lines by three: its ends stand for those that have none.
     smoothed = np.concatenate([smoothed[:1], smoothed, smoothed[-1:], smoothed[-1:]])
     if smoothed.max() < MIN_NOISE_VARIATION * smoothed.min():
         return None

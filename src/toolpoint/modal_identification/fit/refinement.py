@@ -29,7 +29,6 @@ from toolpoint.modal_identification.basis import (
 )
 from toolpoint.vibration.frf import Frf
 
-NOISE_FLOOR = 1e-9
 MAX_REFINEMENT_STEPS = 30
 NEGLIGIBLE_GAIN_RATIO = 0.1  # predicted gain of a step over the tolerance: below, the step is not taken
 
@@ -54,6 +53,8 @@ class Data:
     @classmethod
     def of(cls, frf: Frf, line_weight: FloatArray | None = None) -> Data:
         """Return the data of one pose, cut to the band; `line_weight` (n_f,): one over the relative noise of a line."""
+        # Poles in units of the top of the band are of order one: the normal matrix mixes them with participations, which are
+        # too.
         scale = float(frf.omega[-1])
         weight = np.ones(frf.frequency.size) if line_weight is None else line_weight
         lines = weight.size
@@ -61,6 +62,8 @@ class Data:
         np.multiply(frf.values.real, weight[:, None, None], out=values[:lines])
         np.multiply(frf.values.imag, weight[:, None, None], out=values[lines:])
         outside = real_rows(outside_terms(frf) * (factor(frf) * weight)[:, None])
+        # Terms outside the band are nearly dependent: an orthonormal basis of what differs is taken off once, and no fit
+        # sees them again.
         outside_basis, singular, _ = np.linalg.svd(outside, full_matrices=False)
         outside_basis = np.ascontiguousarray(outside_basis[:, singular > 1e-10 * singular[0]])
         flat = values.reshape(values.shape[0], -1)
@@ -153,6 +156,7 @@ def _evaluate(data: Data, poles: ComplexArray, participation: ComplexArray, *, w
     information, slopes = _gauss_newton(parts)
     scores = slopes.reshape(outputs, m, -1)[:, :, :2]
     return PoleFit(poles, participation, weight, shape[:, ::2] + 1j * shape[:, 1::2],
+               # The difference of two large numbers where the fit is good: rounding may take it below zero.
                np.maximum(data.power - explained, 0.0), information, slopes.sum(axis=0), inverse, scores)
 
 
@@ -229,6 +233,8 @@ def _gauss_newton(parts: _NormalParts) -> tuple[FloatArray, FloatArray]:
         for first in (0, 2):  # slope functions, then pole functions
             rows = parts.gram_rows[i][:, columns[:, first]].transpose(1, 2, 0)  # (mode, component, 2 n_modes)
             cross[:, :, unknowns[first:first + 2]] += weighted[:, :, first:first + 2] @ rows
+    # Shapes are linear unknowns: their Schur complement is taken off, so the step is that of all unknowns at once (variable
+    # projection) and the matrix stays as small as poles and participations.
     whitened = cross.reshape(outputs, m * unknowns_per_mode, 2 * m) @ np.linalg.cholesky(parts.inverse)
     flat = whitened.transpose(1, 0, 2).reshape(m * unknowns_per_mode, -1)
     information -= flat @ flat.T
@@ -242,20 +248,25 @@ def refine_poles(data: Data, poles: ComplexArray, participation: ComplexArray, *
     `poles` in rad/s; `participation` (n_inputs, n_modes) of any scale, its largest factor is kept fixed. Steps end when
     one gains less than `tolerance` in half a chi-squared (1 moves all unknowns by about one standard deviation).
     """
+    # A factor moved between shape and participation changes nothing: one of the two must be held, and the largest never
+    # passes zero.
     leading_factor = participation[np.argmax(np.abs(participation), axis=0), np.arange(poles.size)]
     fit = evaluate(data, poles / data.scale, participation / leading_factor, weight=weight)
     damping = 0.0
     for _ in range(MAX_REFINEMENT_STEPS):
         step = _solve_step(fit, damping)
         gain = 0.5 * float(step @ fit.information @ step)
+        # Only of an undamped step: a damped one promises little because it is short, and not because it is at the end.
         if gain < NEGLIGIBLE_GAIN_RATIO * tolerance and damping == 0:
             break
         trial = _take_step(data, fit, step)
+        # A rise of the last digits is rounding of a sum of squares, no failure of the step.
         if trial is None or trial.cost > fit.cost * (1 + 1e-12):
             if gain < 1e-6 or damping > 1e6:
                 break
             damping = max(10 * damping, 1e-3)
             continue
+        # Down by a tenth and not to zero: beside close poles the next full step often fails as the last one did.
         damping, fit = damping / 10, trial
         if gain < tolerance:
             break
@@ -297,6 +308,7 @@ def _take_step(data: Data, fit: PoleFit, step: FloatArray) -> PoleFit | None:
     poles = fit.poles + change[:, 0] + 1j * change[:, 1]
     if (poles.imag <= 0).any() or (np.abs(poles.real) > 0.5 * np.abs(poles)).any():
         return None
+    # A pole that runs out of the band would stand in for the outside terms, which are linear and fit better.
     if (np.abs(poles) > 1.1).any() or (np.abs(poles) < 0.9 * data.frf.omega[0] / data.scale).any():
         return None
     factors = (change[:, 2::2] + 1j * change[:, 3::2]).T

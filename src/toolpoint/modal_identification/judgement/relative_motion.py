@@ -42,7 +42,7 @@ class Significance(NotebookText):
 
     def selected(self, min_share: float = MIN_SELECTED_SHARE) -> Modes:
         """Return the modes whose share is at least `min_share`, in their order of frequency."""
-        positive("least", min_share, 1.0)
+        positive("min_share", min_share, 1.0)
         return self.modes.selected(np.flatnonzero(self.share >= min_share).tolist())
 
     @property

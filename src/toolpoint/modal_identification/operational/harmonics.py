@@ -112,6 +112,7 @@ def number_orders(harmonics: tuple[Harmonic, ...], resolution: float) -> tuple[H
             orders = np.rint(frequencies / base)
             fits = (np.abs(frequencies - orders * base) < ORDER_TOLERANCE_LINES * resolution * np.maximum(1, orders / division))
             fits &= (orders >= 1) & (orders <= MAX_HARMONIC_ORDER)
+            # Most lines first, then the largest base: every divisor of a right base explains the same lines.
             if (int(fits.sum()), base) > best[:2] and fits.sum() > 1:
                 best = (int(fits.sum()), float(base), [int(k) if ok else None for k, ok in zip(orders, fits, strict=True)])
     return tuple(replace(h, order=k) for h, k in zip(harmonics, best[2], strict=True))
@@ -123,7 +124,7 @@ def _line_ratio(samples: FloatArray, width: int) -> tuple[FloatArray, FloatArray
     power = np.abs(fft.rfft(samples * window, axis=0)) ** 2
     smooth = uniform_filter1d(power, width, axis=0, mode="nearest")
     # One line in `width` carries all that the smoothed power knows; medians at every `BACKGROUND_WIDTHS`-th of them are
-    # spread over # the lines between: a running median is ten times as slow and differs by less than the threshold needs.
+    # spread over the lines between: a running median is ten times as slow and differs by less than the threshold needs.
     coarse = np.pad(smooth[::width], ((BACKGROUND_WIDTHS, 2 * BACKGROUND_WIDTHS), (0, 0)), mode="reflect")
     windows = np.lib.stride_tricks.sliding_window_view(coarse, 2 * BACKGROUND_WIDTHS + 1, axis=0)[::BACKGROUND_WIDTHS]
     medians = np.median(windows, axis=-1)
@@ -137,6 +138,8 @@ def _line_ratio(samples: FloatArray, width: int) -> tuple[FloatArray, FloatArray
 
 def _candidates(ratio: FloatArray, width: int, samples: int) -> list[np.ndarray]:
     """Return the runs of lines that stand out, strongest first, as arrays of line numbers."""
+    # Power of one line of noise is exponential: the largest of n lines exceeds ln(n/p) with probability p. Half more is for
+    # windows, which correlate neighbours.
     threshold = 1.5 * np.log(samples / 2 / FALSE_ALARM_RATE) if width == 1 else WIDE_LINE_RATIO
     lines = np.flatnonzero(ratio > threshold)
     lines = lines[lines > 2 * width]
@@ -210,6 +213,7 @@ def _track(weighted: FloatArray, spectrum: ComplexArray, rate: float, centre: in
         mixed = fft.fft(signal * np.exp(-2j * np.pi * frequency * cycles))
         mixed[half + 1:-half] = 0.0
         envelope = fft.ifft(mixed)
+        # The mean turn from sample to sample, weighted by power: phases of single samples wrap where the envelope is small.
         step = float(np.angle(np.vdot(envelope[:-1], envelope[1:]))) * rate / (2 * np.pi)
         if abs(step) < FREQUENCY_TOLERANCE_LINES * rate / count:
             break
@@ -235,6 +239,7 @@ def _judge(samples: FloatArray, track: _Track, rate: float, lines: np.ndarray) -
     wander = float(np.std(np.diff(phase))) * rate / (2 * np.pi) / track.frequency
     angle = 2 * np.pi * track.frequency * np.arange(count) / rate + phase
     waves = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    # The measured phase with a constant amplitude: what varies in amplitude is the response of modes, and stays.
     coefficients = np.linalg.lstsq(waves, samples, rcond=None)[0]
     power = (coefficients**2).sum(axis=0) / 2
     share = float((power / np.maximum((samples**2).mean(axis=0), 1e-300)).max())
@@ -246,6 +251,7 @@ def _merge(found: list[Harmonic], resolution: float) -> list[Harmonic]:
     """Return the harmonics, remainders of one that was removed in two steps joined to it."""
     result: list[Harmonic] = []
     for harmonic in sorted(found, key=lambda h: -h.power_share):
+        # Two tracks of one wandering line end at frequencies that differ by its wander.
         width = max(4 * resolution, 3 * harmonic.wander * harmonic.frequency)
         if all(abs(harmonic.frequency - other.frequency) > width for other in result):
             result.append(harmonic)

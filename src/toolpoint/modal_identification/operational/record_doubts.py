@@ -18,7 +18,6 @@ LEVEL_PARTS = 10
 HEAVY_DAMPING = 0.10  # ratio, above which a pole may be that of the load
 MAX_DAMPING_DEVIATION = 0.25  # standard deviation over the value
 WANTED_DAMPING_DEVIATION = 0.10
-MIN_COLLINEARITY = 0.7  # modal phase collinearity of a structure at work
 
 
 def usable_channels(records: Sequence[Record]) -> tuple[list[Record], list[str]]:

@@ -63,6 +63,8 @@ def _apply_weights(values: ComplexArray, weight: FloatArray | None) -> tuple[Com
     """Return the responses with separable weights (row times column), and the column weights."""
     rms = np.sqrt((np.abs(values) ** 2).mean(axis=0)) if weight is None else 1 / weight
     columns = 1 / np.maximum(np.sqrt((rms**2).mean(axis=0)), np.finfo(float).tiny)
+    # Row times column is all that is allowed: a weight of each response alone would break the one denominator that all
+    # share.
     rows = np.sqrt(((rms * columns) ** 2).mean(axis=1))
     rows = np.where(rows > 0, 1 / np.where(rows > 0, rows, 1.0), 0.0)
     return values * (rows[:, None] * columns), columns
@@ -75,6 +77,7 @@ def _normal_matrix(values: ComplexArray, angle: FloatArray, order: int) -> Float
     phase = np.arange(order + 1)[:, None] * angle
     waves = np.cos(phase), np.sin(phase)
     whiten = _whitening(_sums(np.ones((lines, 1), complex), waves)[lag, 0])
+    # In parts: the conjugate of all responses at once would double the memory of the largest array.
     power = np.concatenate([np.swapaxes(part.conj(), -1, -2) @ part for part in np.array_split(values, 16)])
     toeplitz = _sums(power.reshape(lines, -1), waves)[lag].reshape(order + 1, order + 1, inputs, inputs)
     normal = toeplitz.transpose(0, 2, 1, 3).reshape((order + 1) * inputs, -1)
@@ -120,6 +123,8 @@ def roots_of_order(factor: FloatArray, order: int, inputs: int) -> tuple[Complex
     """Return the roots of det D of one order and their participation vectors, (n_inputs, n_roots)."""
     size = order * inputs
     right = factor[size:size + inputs, :size].T
+    # M = L L^T: the leading block of every order has the leading block of L as its factor, so each order costs one
+    # triangular solve.
     alpha = -solve_triangular(factor[:size, :size], right, lower=True, trans="T", check_finite=False)
     companion = np.zeros((size, size), alpha.dtype)
     # D^T w = 0 gives the participation w: the companion matrix of the transposed coefficients.
@@ -127,5 +132,6 @@ def roots_of_order(factor: FloatArray, order: int, inputs: int) -> tuple[Complex
     companion[:-inputs, inputs:] = np.eye(size - inputs)
     companion[-inputs:, :] = -blocks.reshape(inputs, size)
     roots, vectors = eig(companion, check_finite=False)
+    # A root at zero is the lost leading coefficient of a smaller order: its logarithm is no pole.
     keep = np.abs(roots) > 1e-8
     return roots[keep], vectors[:inputs, keep]

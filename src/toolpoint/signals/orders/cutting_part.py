@@ -16,7 +16,6 @@ MARGIN_SECONDS = 0.06  # left out at both ends of a cut: entry, exit, and what r
 LARGE_SAMPLE_RATIO = 0.98  # of the largest sample: what clipped samples exceed
 MIN_CLIPPED_RUN = 3  # samples in a row
 MAX_FLAT_STEP = 2e-3  # of the largest sample, between two samples of a flat top
-CLIPPED_FRACTION = 2e-4  # of the samples, in runs: more is clipping
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from toolpoint._check import FloatArray
 from toolpoint.signals.orders.line_spectrum import line_spectrum
 from toolpoint.signals.orders.spindle_comb import mark_lines, score_speeds
 
-MIN_SPEED_FRAME_SECONDS = 0.25
+MIN_SPEED_FRAME_SECONDS = 0.25  # lines are then 4 Hz wide: of 200 Hz and more the comb still follows a percent of the speed
 MIN_FRAME_TURNS = 16  # revolutions of a frame
 SEARCH_RANGE = 0.012  # relative: speeds of a frame on both sides of the mean speed
 MIN_FRAME_COUNT = 5

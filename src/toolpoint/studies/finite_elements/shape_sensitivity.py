@@ -107,7 +107,8 @@ def motion_sensitivity(machine: FiniteElementMachine, pairs: EigenPairs, motions
                        which: Sequence[int]) -> ShapeSensitivity:
     """Return the slopes of motions in modes at unit modal mass.
 
-    motions : name to weights (size, 1) whose product with a shape is the motion, for example a column of `spread`; every one
+    motions : name to weights (size, 1) whose product with a shape is the motion, for example a column of
+        `FiniteElementMachine.spread`; every one
     is taken in every mode of `which`.
     """
     weights = np.column_stack([w.toarray().ravel() for w in motions.values()])

@@ -20,7 +20,7 @@ UPPER_HALF_WEIGHT = 5.0
 # wrongly 7 had one.
 MIN_RIVAL_MOTION = 0.3
 NAMED_RIGHTLY = "about four of five"  # of random cuts, by the sound alone
-INTERVAL_DEVIATIONS = 1.96
+INTERVAL_DEVIATIONS = 1.96  # two-sided 95 % of a normal error
 
 
 @dataclass(frozen=True)

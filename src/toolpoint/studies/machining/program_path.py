@@ -18,6 +18,7 @@ from toolpoint.studies.machining.setup import STEP_RATIO, MachiningSetup
 
 SAFE_HEIGHT = 0.1  # m above the stock, of moves whose height the program does not hold
 _SPEED_PATTERN = re.compile(r"(?<![A-Z#])S\s*=?\s*\d")
+# Moves in machine coordinates or to the reference point: the program does not hold the heights of their ends.
 _REFERENCE_PATTERN = re.compile(r"\bG\s*0?(28|30|53)\b|\bM\s*(?:91|92)\b|\bM\s*140\s+MB\s*MAX")
 
 

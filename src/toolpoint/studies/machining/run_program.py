@@ -185,6 +185,7 @@ def _poses(dynamics: Machine | ToolDynamics, removed: RemovedMaterial, setup: Ma
     positions = np.stack([removed.tip[:, "XYZ".index(name)] + setup.zero.get(name, 0.0) for name in letters], axis=1)
     cells = np.rint(positions / POSE_STEP).astype(int)
     cuts = removed.reach > 0
+    # Places that do not cut take the pose of the first that does: no dynamics are solved for them alone.
     cells[~cuts] = cells[np.argmax(cuts)]
     unique, pose = np.unique(cells, axis=0, return_inverse=True)
     pose = pose.reshape(-1)

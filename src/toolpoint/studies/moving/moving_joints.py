@@ -26,7 +26,6 @@ FILE_DEVIATION = 5e-4  # relative, by which a file may miss the course of a freq
 MAX_JOINT_MISFIT = 2.5  # chi-squared over degrees of freedom, beyond which a joint alone does not explain the courses
 UNCHANGED_WEIGHT = 0.5  # before the record, of no joint changing at all
 MIN_MODEL_MAC_OF_TRACK = 0.5  # of a mode and the machine's
-DIRECTION_LETTERS = ("x", "y", "z", "rx", "ry", "rz")
 
 
 @dataclass(frozen=True)

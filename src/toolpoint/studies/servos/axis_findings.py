@@ -16,7 +16,7 @@ from toolpoint.drives.accuracy.constant_runs import ConstantRuns, find_constant_
 from toolpoint.drives.controller.loop_doubts import USUAL_POSITION_GAINS
 from toolpoint.drives.friction.steady_line import SteadyLine, fit_steady_line, mean_with_interval
 
-_MAX_RECORD_SAMPLES = 4_000_000
+_MAX_RECORD_SAMPLES = 4_000_000  # of one channel, 32 MB; some ten are held side by side
 _ROLES = ("position_set", "position", "velocity_set", "velocity", "following_error", "current", "torque")
 # Scatter about the line that is doubted, of the dry friction; speed of the fast runs over the largest.
 _MAX_SCATTER_FRACTION, _FAST_RUN_RATIO = 0.05, 0.9

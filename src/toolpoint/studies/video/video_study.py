@@ -214,7 +214,7 @@ def study_video(
     side : int
         Pixels of the windows of the whole picture.
     orders : of `ORDERS`
-        Motions that a body may have, the likeliest is taken; all of them, for a machine `RIGID` ones, where left out.
+        Motions that a body may have, the likeliest is taken; all of them, for a machine `RIGID_ORDERS`, where left out.
     machine : Machine, optional
         Where its bodies are seen says where `bodies` are, where these are left out.
     progress : function of name, done, total

@@ -56,7 +56,7 @@ def spread_of_gradient(targets: Sequence[Targets], residuals: Residuals) -> Floa
 
 
 def _line_spread(targets: Targets, values: FloatArray, jacobian: FloatArray, gram: FloatArray) -> FloatArray:
-    """Return the part of M of the responses of one set; `every` is B of all data."""
+    """Return the part of M of the responses of one set; `gram` is B of all data."""
     assert targets.frf is not None
     lines, count = targets.frf.frequency.size, jacobian.shape[1]
     if targets.frf.variance is not None:
@@ -74,11 +74,13 @@ def _line_spread(targets: Targets, values: FloatArray, jacobian: FloatArray, gra
         other_gram = gram - rows.T @ rows
         gradient = gram @ np.linalg.lstsq(other_gram, rows.T @ errors[:, begin:end].ravel(), rcond=1e-12)[0]
         spread += np.outer(gradient, gradient)
+    # The factor of the jackknife for n bands, (n - 1)/n.
     return _raised_to(spread * (len(edges) - 2) / (len(edges) - 1), noise_spread)
 
 
 def _raised_to(matrix: FloatArray, lower_bound: FloatArray) -> FloatArray:
     """Return a positive matrix that is in no direction less than another: eigenvalues of the pencil below one are made one."""
+    # In the coordinates where the bound is the identity, raising is a maximum with one.
     root = np.linalg.cholesky(lower_bound + 1e-12 * np.trace(lower_bound) * np.eye(len(lower_bound)))
     inverse_root = np.linalg.inv(root)
     values, vectors = np.linalg.eigh(inverse_root @ matrix @ inverse_root.T)

@@ -60,6 +60,7 @@ def _far_points(problem: Problem, columns: Sequence[int], starts: int) -> list[F
     """Return the Halton points of least misfit."""
     lower, upper = problem.bounds
     points = []
+    # Without random numbers: a file gives the same answer each time. The first Halton point is a corner.
     for row in qmc.Halton(len(columns), scramble=False).random(starts * POINTS_PER_START + 1)[1:]:
         x = problem.start
         coordinates = MIN_SEARCH_COORDINATE + (MAX_SEARCH_COORDINATE - MIN_SEARCH_COORDINATE) * row
@@ -91,6 +92,7 @@ def compose_ends(problem: Problem, names: Sequence[str], ends: Sequence[FloatArr
     if not usable_ends:
         return None
     action = np.mean(actions, axis=0)
+    # By length one each: the overlap of two numbers is then a cosine, whatever their sizes.
     action /= np.maximum(np.linalg.norm(action, axis=0), np.finfo(float).tiny)
     count, group_of = connected_components(action.T @ action > MIN_OVERLAP_OF_ACTIONS, directed=False)
     of_groups = np.stack([action[:, group_of == group].sum(axis=1) for group in range(count)])

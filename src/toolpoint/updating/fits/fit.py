@@ -25,9 +25,9 @@ from toolpoint.updating.identifiability import Identifiability, identifiability
 from toolpoint.updating.problem import Problem
 from toolpoint.updating.residuals import Residuals
 
-STATIONARY_FRACTION = 1e-3
-MAX_REDUCED_CHI_SQUARE = 10.0
-MIN_MISFIT_PROBABILITY = 1e-6
+STATIONARY_FRACTION = 1e-3  # of chi-squared: what a Gauss-Newton step may still promise at a minimum
+MAX_REDUCED_CHI_SQUARE = 10.0  # where noise is assumed: misfits of three assumed deviations are still the assumption's
+MIN_MISFIT_PROBABILITY = 1e-6  # where noise is measured: models that are right are then refused once in a million
 
 
 @on_one_thread
@@ -116,6 +116,7 @@ def _finished(
     problem, free = solver.problem, np.asarray(result.x)
     x, (last, values, jacobian) = solver.full(free), solver.residuals_at(free)
     lower, upper = solver.bounds()
+    # Of the logarithm: `trf` stays inside its bounds and comes within this of one that holds it.
     width = 1e-4
     stuck = (free - lower < width) | (upper - free < width)
     # Zero is the least damping that there is, not a limit of the search: a joint found without losses is an answer.
@@ -140,6 +141,7 @@ def _covariance(solver: Solver, free: FloatArray, method: LeastSquares) -> tuple
     if not problem.assumed or isinstance(method, Bayesian) or freedom <= 0:
         return False, covariance
     if (spread := solver.spread_at(free)) is not None:
+        # The pull towards the start is assumed as the data's deviations are, and is scaled as these.
         spread = spread + np.diag(solver.prior**2) * chi / freedom
         return True, covariance @ spread @ covariance
     if problem.measured and chi < freedom:  # an assumption too wide makes no measurement better
@@ -158,6 +160,7 @@ def _gain(residual: FloatArray, jacobian: FloatArray, stuck: BoolArray) -> float
 
 def _judged(fitted: ParameterFit, problem: Problem, gain: float, result: OptimizeResult) -> ParameterFit:
     limit = STATIONARY_FRACTION * (1.0 + fitted.chi_square + fitted.prior_cost)
+    # The promise is that of least squares: a robust loss ends elsewhere, and its own end is taken.
     stationary = gain <= limit or (fitted.method.loss != "linear" and bool(result.success))
     converged = bool(stationary and np.isfinite(fitted.chi_square))
     doubts = [] if converged else [Doubt(

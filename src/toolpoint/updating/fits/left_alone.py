@@ -37,6 +37,7 @@ def name_effects(problem: Problem, fit: ParameterFit, share: float = 0.2) -> tup
     lines = []
     for k, name in enumerate(left_alone):
         parameter = problem.parameters[problem.names.index(name)]
+        # A share of the value in the coordinate that the parameter moves on.
         error = np.log1p(share) if parameter.log else share * abs(parameter.value) / max(abs(parameter.slope(0.0)), 1e-300)
         effect = error * moved[:, k]
         affected = [i for i in np.argsort(-np.abs(effect) / deviation)[:_MOST_NAMED] if abs(effect[i]) > deviation[i]]

@@ -150,6 +150,7 @@ def _cost(result: ParameterFit) -> float:
 def _distinct(fits: dict[int, ParameterFit]) -> tuple[Optimum, ...]:
     """Two results are one optimum where they differ by less than a tenth of the standard errors, or by 1e-3 in all x."""
     optima: list[Optimum] = []
+    # The best first: it stands for its optimum, and later starts are compared with the end that is nearest to the minimum.
     for k, result in sorted(fits.items(), key=lambda item: _cost(item[1])):
         free = [i for i, p in enumerate(result.parameters) if p.name in result.free]
         for i, other in enumerate(optima):

@@ -15,7 +15,7 @@ from toolpoint.updating.fits.fit_methods import LeastSquares
 from toolpoint.updating.fits.parameter_fit import ParameterFit
 from toolpoint.updating.problem import Problem
 
-FREQUENCY_PAIRING_WEIGHT = 3.0
+FREQUENCY_PAIRING_WEIGHT = 3.0  # a third of a logarithm (40 % in frequency) then costs as much as a whole MAC can give
 
 
 @on_one_thread
@@ -58,6 +58,7 @@ def fit_with_restarts(
             # A start may lie where the model does not exist (no stable equilibrium); the count below tells of it.
             continue
         evaluations += result.evaluations
+        # A minimum counts before a lower cost: what still falls is no answer yet.
         if (result.converged, -_cost(result)) > (best.converged, -_cost(best)):
             best = result
         if result.converged and is_explained(result, assumed):

@@ -23,9 +23,9 @@ from toolpoint._notebook import NotebookText
 from toolpoint.updating.fits.parameter_fit import ParameterFit
 from toolpoint.updating.problem import Problem
 
-STEPS_PER_CHUNK = 25
-MIN_AUTOCORRELATION_TIMES = 50.0
-MAX_R_HAT = 1.05
+STEPS_PER_CHUNK = 25  # of one ensemble before the next: what an interruption can lose
+MIN_AUTOCORRELATION_TIMES = 50.0  # as emcee asks: a shorter chain underestimates the time itself, and so its own error
+MAX_R_HAT = 1.05  # means of halves and ensembles then scatter by a third of the posterior: 1.05^2 - 1 = 0.1 in variance
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,6 +147,7 @@ class _Density:
         self.precision = np.array([1 / p.prior**2 if (p := problem.parameters[j]).prior else 0.0 for j in columns])
 
     def __call__(self, free: FloatArray) -> float:
+        # Before the model is asked: walkers step over bounds often, and the model may not exist there.
         if (free < self.lower).any() or (free > self.upper).any():
             return -np.inf
         x = self.x0.copy()
@@ -169,9 +170,11 @@ class _Run:
         # emcee draws from a generator of the old kind.
         self.sampler.random_state = np.random.RandomState(int(rng.integers(2**32))).get_state()
         centre = start.x[density.columns]
+        # Walkers on one line would never leave it: the stretch move goes along differences of walkers alone.
         spread = np.linalg.cholesky(start.covariance + 1e-12 * np.trace(start.covariance) * np.eye(n))
         self.state: Any = np.clip(centre + rng.normal(size=(walkers, n)) @ spread.T, density.lower, density.upper)
         self.chain, self.accepted = np.zeros((0, walkers, n)), 0.0
+        # The start and its density stand for problem and data: other ones in the folder are not gone on with.
         self.mark = np.concatenate([centre, [density(centre)]])
         if path is not None and path.exists():
             self._resume(path)
@@ -217,6 +220,7 @@ def _judged(problem: Problem, columns: list[int], x0: FloatArray, runs: list[_Ru
     length = min(run.chain.shape[0] for run in runs)
     chains = np.stack([run.chain[:length] for run in runs])
     tau = _autocorrelation(chains)
+    # Five autocorrelation times forget the start to below 1 %; half of a chain that is shorter is kept, and marked.
     burn = min(int(5 * tau.max()) + 1, length // 2)
     kept = chains[:, burn:]
     r_hat = _split_r_hat(kept)

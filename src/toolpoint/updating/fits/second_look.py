@@ -93,6 +93,7 @@ def _search_directions(sparse_problem: Problem, result: ParameterFit, weak: Sequ
     free_columns = [sparse_problem.names.index(name) for name in result.free]
     directions = [np.eye(len(sparse_problem.names))[j] for j in weak]
     _, axes = np.linalg.eigh(result.covariance)
+    # `eigh` ascends: the last axes are those along which the data tell least.
     for axis in axes.T[::-1][:MAX_COVARIANCE_AXES]:
         direction = np.zeros(len(sparse_problem.names))
         direction[free_columns] = axis / np.abs(axis).max()
@@ -109,6 +110,8 @@ def _dips(sparse_problem: Problem, x: FloatArray, directions: Sequence[FloatArra
         for sign in (1.0, -1.0):
             places = [y for y in (x + sign * step * direction for step in SEARCH_STEPS) if ((lower < y) & (y < upper)).all()]
             costs = [cost, *(_cost_at(sparse_problem, y) for y in places)]
+            # A fall on the way out is all that a point can show of another minimum: the fit from there finds it, or comes
+            # back.
             result += [(current, y) for (previous, current), y in zip(pairwise(costs), places, strict=True)
                        if current < previous]
     return result

@@ -14,7 +14,7 @@ from toolpoint.updating.residuals import Residuals
 
 
 class Solver:
-    """Residuals and Jacobian of the free coordinates `at`, the others staying at x0, with the rows of the prior (1/s each).
+    """Residuals and Jacobian of the free coordinates (`columns`), with the rows of the prior (1/s each); the others stay at x0.
 
     scipy asks for the Jacobian of every accepted point. With exact sensitivities it is made along with the residual, since
     most trial points are accepted. With `compressed` (linear loss) both are handed over as the triangle of their QR
@@ -35,6 +35,8 @@ class Solver:
 
     def residuals_at(self, free: FloatArray) -> tuple[Residuals, FloatArray, FloatArray]:
         """Return the residuals, and vector and Jacobian for the solver, the prior's rows below or in the triangle."""
+        # Bit for bit: the solver asks for residual and Jacobian of the same array, and a rounded key could give those of a
+        # neighbour.
         key = free.tobytes()
         if key not in self._kept:
             if len(self._kept) > 2:
@@ -78,5 +80,6 @@ def _triangle(values: FloatArray, rows: FloatArray) -> tuple[FloatArray, FloatAr
     """Return (r, J) as the last and the first columns of R in [J r] = QR."""
     both = np.empty((len(rows), rows.shape[1] + 1), order="F")
     both[:, :-1], both[:, -1] = rows, values
+    # Without Q: the reflections that LAPACK leaves below the triangle are what `triu` takes off.
     triangle = np.triu(dgeqrf(both, overwrite_a=True)[0][:both.shape[1]])
     return triangle[:, -1], triangle[:, :-1]

@@ -37,6 +37,7 @@ def with_valleys(problem: Problem, best: ParameterFit, names: tuple[str, ...], *
         k = problem.names.index(name)
         deviation = float(np.sqrt(max(covariance[k, k], 1e-300)))
         ends = [_valley_end(problem, best, k, move=sign * MIN_VALLEY_REACH * deviation, cost=cost) for sign in (-1.0, 1.0)]
+        # A covariance is even about the best point: the longer arm of a bent valley decides for both.
         farthest = max(ends, key=lambda move: abs(float(move[k])))
         covariance = covariance + np.outer(farthest, farthest) / 3
     return replace(best, covariance=covariance)
@@ -66,6 +67,7 @@ def _moves(problem: Problem, best: ParameterFit, k: int, *, move: float) -> Iter
         except ToolpointError:  # the model does not exist there
             return
         yield moved
+        # From the end of the last fit: the others have followed the valley that far.
         start, move = moved.x.copy(), STEP_GROWTH * move
 
 

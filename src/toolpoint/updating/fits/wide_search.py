@@ -56,6 +56,7 @@ def search_widely(problem: Problem, first: ParameterFit, *, starts: int = 24) ->
     minima = [end for end in ends if end is not None]
     if not minima:
         return first
+    # An end that has not converged is last, whatever its cost: its covariance means nothing.
     best = min(minima, key=lambda result: (not result.converged, _cost(result)))
     scale = max(1.0, best.reduced_chi_square if np.isfinite(best.reduced_chi_square) else 1.0)
     best = replace(best, covariance=best.covariance * scale)
@@ -121,6 +122,7 @@ def _with_undetermined_moved(problem: Problem, best: ParameterFit) -> ParameterF
         k = problem.names.index(name)
         two_deviations = 2 * (problem.parameters[k].prior or 0.0)
         displacements = [_displacement(problem, best, k, sign * two_deviations) for sign in (-1.0, 1.0)]
+        # The move is that of two deviations: its half is one, as a covariance has it.
         largest = max(displacements, key=lambda move: float(np.abs(move / deviation).max())) / 2 * others
         covariance = covariance + np.outer(largest, largest)
     return replace(best, covariance=covariance)

@@ -21,7 +21,7 @@ MIN_SIGNAL_DEVIATIONS, MAX_WEAK_SHARE = 4.0, 0.1
 
 
 def choose_lines(targets: Targets, count_max: int = MIN_CHOSEN_LINES) -> IndexArray:
-    """Return the indices (at most `most`, increasing) of lines that carry the responses of targets."""
+    """Return the indices (at most `count_max`, increasing) of lines that carry the responses of targets."""
     frf = targets.frf
     assert frf is not None
     count = frf.frequency.size

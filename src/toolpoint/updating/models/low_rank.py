@@ -15,7 +15,7 @@ from toolpoint._check import Array, FloatArray, fail
 from toolpoint.vibration.sensitivity import MatrixDerivatives
 
 TERMS = ("mass", "damping", "stiffness", "structural_damping")
-NULL_EIGENVALUE_RATIO = 1e-14
+NULL_EIGENVALUE_RATIO = 1e-14  # of the largest: a spring's own matrix has rank 1 to 6, what lies below is rounding
 
 
 @dataclass(frozen=True, eq=False)

@@ -91,7 +91,8 @@ class EqualDamping:
 
 def mode_prediction(system: SecondOrderSystem, modal: UndampedModes, keep: int, *, equal_damping: EqualDamping | None
                     ) -> Prediction:
-    """Return the lowest `keep` modes with their derivatives; damping from the modal damping matrix, or `every` mode's alike."""
+    """Return the lowest `keep` modes with their derivatives; damping from the modal damping matrix, or equal in
+    all modes (`equal_damping`)."""
     omega = modal.omega[:keep]
     if (omega <= 0).any():
         fail("model", f"{int((omega <= 0).sum())} modes at 0 Hz or unstable", "must be held in all directions",

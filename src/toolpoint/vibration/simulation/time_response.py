@@ -51,7 +51,7 @@ def exact(
     # x_{k+1} = phi x_k + gamma (u_k, u_{k+1} - u_k)
     gamma, drive = (np.hstack([gamma1, gamma2]), np.hstack([u[:-1], np.diff(u, axis=0)])) if hold == "first" else (
         gamma1, u[:-1])
-    step = count("every", stride)
+    step = count("stride", stride)
     return _filter_outputs(phi, gamma, drive, initial, output=system.c, stride=step) + u[::step] @ system.d.T
 
 

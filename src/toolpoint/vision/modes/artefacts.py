@@ -58,7 +58,7 @@ def name_artefacts(modes: Modes, names: Sequence[str], frame_rate: float, *, res
 def _artefact(modes: Modes, i: int, j: int, strength_ratio: float, *, half_width: FloatArray, frame_rate: float,
               resolution: float,
               is_lossy: bool, shake: Sequence[float]) -> str:
-    """Return what of mode j mode i may be, `share` times as strong; empty where nothing speaks for it."""
+    """Return what of mode j mode i may be, `strength_ratio` times as strong; empty where nothing speaks for it."""
     f, g = float(modes.frequency[i]), float(modes.frequency[j])
     text = f"mode {j + 1} ({g:.4g} Hz)"
     tolerance = max(resolution, float(half_width[i]), 0.005 * f)

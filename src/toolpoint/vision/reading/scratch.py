@@ -11,7 +11,7 @@ import numpy as np
 
 from toolpoint.vision.clip import Frames
 
-MAX_SCRATCH_BYTES = 4_000_000_000
+MAX_SCRATCH_BYTES = 4_000_000_000  # 4 GB: half a minute of a 1 Mpixel clip at 120 frames a second
 # A file takes at most this fraction of the free disk space, the rest is left to others.
 FREE_SPACE_DIVISOR = 2
 

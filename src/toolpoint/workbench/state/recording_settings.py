@@ -12,7 +12,7 @@ from toolpoint._check import ToolpointError, fail
 from toolpoint.workbench.state.access import check_file_name, path_beneath
 
 RECORDS_FOLDER = "records"  # of the project, where the blows of a recording lie
-MAX_CHANNELS, MAX_TEXT_LENGTH, MAX_BLOWS = 32, 200, 200
+MAX_CHANNELS, MAX_TEXT_LENGTH, MAX_BLOWS = 32, 200, 200  # what a page may ask for: refused before a device is opened
 MAX_BLOCK_SECONDS, MAX_RATE = 60.0, 1e6  # s; Hz
 FILE_DEVICES = ("folder", "play")  # kinds of devices that read files
 

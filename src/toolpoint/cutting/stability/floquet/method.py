@@ -129,10 +129,12 @@ class FloquetDeterminant:
     def _group(self, problem: MillingProblem, speeds: FloatArray, group: Array, depth_max: float,
                warm: WarmStart) -> tuple[tuple[Array, ...], int]:
         plane = problem.plane_at(float(speeds[group[0]]))
+        # Nodes must resolve the waves of the highest mode, of which most lie in a turn at the lowest speed of the group.
         density = 1.05 * _highest_omega(plane) / (2 * np.pi * speeds[group].min() / 60)
         remaining, nodes_min, parts, state = group, self.nodes, [], 0
         for attempt in range(MAX_NODE_ATTEMPTS):
             final = attempt == MAX_NODE_ATTEMPTS - 1
+            # A speed that a near problem solved at a later attempt begins there: what failed then fails again.
             now = remaining if final else np.array([i for i in remaining if warm.attempts.get(float(speeds[i]), 0) <= attempt],
                                                    int)
             if now.size:
@@ -142,6 +144,8 @@ class FloquetDeterminant:
                 parts.append(part)
                 state = max(state, state_now)
                 remaining = np.setdiff1d(remaining, now[is_solved])
+            # Both grow: the density for waves that are too fast, the least number for short arcs, which density leaves at a
+            # few nodes.
             density, nodes_min = 1.3 * density, nodes_min + 4
         return tuple(np.concatenate(c) for c in zip(*parts)), state
 
@@ -157,6 +161,7 @@ class FloquetDeterminant:
             _check_affordable(nodes, float(n.min()))
             return green_set(nodes, plane)
 
+        # The error of a point is its difference between two sets of nodes that share none.
         sets = arc_set(density, nodes_min), arc_set(1.15 * density, nodes_min + 3)
         points, number, status = self.scan(problem, plane, n, sets=sets, depth_max=depth_max, warm=warm)
         tight, easy = (np.array([_is_within_tolerance(points[i, :number[i]], share * self.tolerance) for i in range(n.size)])
@@ -250,6 +255,8 @@ def _is_within_tolerance(points: Array, tolerance: float) -> bool:
     order = np.argsort(points["s"])
     s, change, error = points["s"][order], points["change"][order], points["error"][order]
     after = np.cumsum(change)
+    # Where a further multiplier leaves or returns beyond the first, the cut is unstable on both sides: such points may be
+    # coarse.
     matters = (after == 0) | (after - change == 0)
     return bool((error[matters] <= tolerance * s[matters] + 1e-14).all() and (after >= 0).all())
 
@@ -267,6 +274,7 @@ def green_set(nodes: ArcNodes, plane: PlaneDynamics) -> ArcSet:
 def _highest_omega(plane: PlaneDynamics) -> float:
     """Return the highest angular frequency that matters: the largest pole with at least 1e-3 of the largest dynamic
     flexibility."""
+    # The height of each resonance; a pole without damping counts as if it had a thousandth.
     size = np.abs(plane.residues).max(axis=(1, 2)) / np.maximum(-plane.poles.real, 1e-3 * np.abs(plane.poles))
     return float(np.abs(plane.poles[size > 1e-3 * size.max()]).max())
 
@@ -275,6 +283,8 @@ def _group_speeds(problem: MillingProblem, speeds: FloatArray) -> list[Array]:
     """Return groups of speeds that share nodes: within a factor of 1.3; each alone where the response depends on the speed."""
     if problem.depends_on_speed:
         return [np.array([i]) for i in range(speeds.size)]
+    # Nodes are counted for the lowest of a group: a wider one would give its fastest speeds more rows than they need, at
+    # their cube.
     level = np.floor(np.log(speeds / speeds.min()) / np.log(1.3)).astype(int)
     return [np.flatnonzero(level == k) for k in np.unique(level)]
 

@@ -95,6 +95,7 @@ def hill_cut(problem: MillingProblem, depth: float, order_max: int) -> HillCut:
                 late.append(_over_height(share, turned, cut))
     if not late:  # the tip stays beyond the walls of the work
         delay, late = [np.array([TURN])], [np.zeros((1, *present.shape), complex)]
+    # Teeth of equal pitch share delays but for rounding: each is one column of waves less in every harmonic.
     delays, which = np.unique(np.round(np.concatenate(delay), 13), return_inverse=True)
     merged = np.zeros((delays.size, *present.shape), complex)
     np.add.at(merged, which, np.concatenate(late))
@@ -123,6 +124,7 @@ def range_of_forces(problem: MillingProblem, order_max: int) -> ComplexArray:
     series = _mirrored(np.exp(-1j * order[:, None] * start).sum(1)[:, None, None] * waves)
     l = np.arange(2 * order_max + 1)
     blocks = series[l[:, None] - l[None, :] + 2 * order_max]
+    # Hermitian and not negative: a sum of dyads. Its range is that of the forces themselves.
     size, basis = np.linalg.eigh(blocks.transpose(0, 2, 1, 3).reshape(d * l.size, d * l.size))
     # Directions below rounding of the largest are those in which no force acts.
     return np.ascontiguousarray(basis[:, size > 1e-14 * size[-1]])
@@ -150,6 +152,8 @@ def _delays(edge_delay: FloatArray, single: float | None, order_max: int) -> lis
     """
     if single is not None:
         return [(np.array([single]), np.ones((1, edge_delay.size)))]
+    # An edge of unequal helix may fall behind the one before it: its delay jumps by a turn there, which no interpolation
+    # crosses.
     turns = np.floor((edge_delay + 1e-9) / TURN)
     out: list[tuple[FloatArray, FloatArray]] = []
     for turn in np.unique(turns):
@@ -198,6 +202,7 @@ def _corner_nodes(problem: MillingProblem, kappa_max: float, number: int) -> tup
     squared makes nodes crowd at the ends of a piece.
     """
     tool, arc, c = problem.tool, problem.engagement, problem.tool.corner_radius
+    # Where the radius times the cosine of a wall's angle equals the edge's own radius, the wall begins to be reached.
     sine = (tool.radius * np.abs(np.cos([arc.entry, arc.exit])) - (tool.radius - c)) / c
     marks = np.arcsin(sine[(sine > 1e-9) & (sine < 1 - 1e-12)])
     ends = np.unique(np.concatenate([[0.0, kappa_max], marks[marks < kappa_max]]))
@@ -211,6 +216,7 @@ def _arc_waves(part: Slices, order: Array) -> ComplexArray:
     """Return 1/(2 pi) times the integral of exp(-i (order - k) phi) over the arc, k = -2 .. 2, shape (slices, orders, 5)."""
     p = order[:, None] - np.arange(-2, 3)
     a, b = part.entry[:, None, None], part.leave[:, None, None]
+    # The constant order has the length of the arc in place of 0/0.
     safe = np.where(p == 0, 1, p)
     waves = (np.exp(-1j * safe * a) - np.exp(-1j * safe * b)) / (2j * np.pi * safe)
     return np.where(p == 0, (b - a) / TURN, waves)

@@ -81,6 +81,7 @@ class SemiDiscretization:
         n, m = a.shape[0], self.intervals
         feedback = depth * np.einsum("ia,tab,bj->tij", b, mean, c)
         drive = depth * np.einsum("ia,tab->tib", b, mean)
+        # One exponential of an augmented matrix gives the transition and both integrals of the held and of the linear input.
         block = np.zeros((m, n + 4, n + 4))
         block[:, :n, :n], block[:, :n, n:n + 2] = (a - feedback) * step, drive * step
         block[:, n:n + 2, n + 2:] = np.eye(2)
@@ -190,10 +191,12 @@ def _discretize(problem: MillingProblem, speed: float, intervals: int, sampled: 
     a, c, b = np.zeros((2 * n, 2 * n)), np.zeros((2, 2 * n)), np.zeros((2 * n, 2))
     row = 0
     for pole, r in zip(s, residue):
+        # A residue of rank one (a mode) needs one pair of states, one of rank two (a repeated pole) two.
         u, size, v = np.linalg.svd(r)
         for i in range(2):
             if size[i] > 1e-13 * size[0]:
                 left, rows = u[:, i] * size[i], slice(row, row + 2)
+                # Real and imaginary part as two real states: expm of real matrices takes half the time.
                 a[rows, rows] = [[pole.real, -pole.imag], [pole.imag, pole.real]]
                 c[:, rows] = np.stack([2 * left.real, -2 * left.imag], axis=1)
                 b[rows] = np.stack([v[i].real, v[i].imag])
@@ -224,6 +227,7 @@ def _sample_matrices(problem: MillingProblem, ends: FloatArray) -> FloatArray:
 
     pitch, arc = 2 * np.pi / problem.tool.teeth, problem.engagement
     phi = ends[:, None] + pitch * np.arange(problem.tool.teeth)
+    # Samples fall exactly on entry and exit: rounding must lose neither.
     live = (phi >= arc.entry - 1e-12) & (phi <= arc.exit + 1e-12)
     k, chip = force_direction(problem.coefficients, phi), chip_direction(phi)
     return np.einsum("tj,tja,tjb->tab", live, k, chip)

@@ -65,6 +65,7 @@ def _nearest(laid: ProgramPath, block: np.ndarray, point: FloatArray, rise: floa
     path = laid.path
     start, end = path.start[block] + [0, 0, rise], path.end[block] + [0, 0, rise]
     chord = end - start
+    # A block without length has its one place; the floor keeps its share of the way finite.
     square = np.maximum((chord**2).sum(axis=1), 1e-18)
     share = np.clip(((point - start) * chord).sum(axis=1) / square, 0.0, 1.0)
     foot = start + share[:, None] * chord
@@ -100,6 +101,7 @@ def _cusps(laid: ProgramPath, removed: RemovedMaterial, places: tuple[np.ndarray
         radius = np.array([shape.radius for shape in removed.shapes])[shape_index]
         way = laid.path.end[block[a]] - laid.path.start[block[a]]
         way = way / np.maximum(np.linalg.norm(way, axis=1, keepdims=True), 1e-12)
+        # Centres on two blocks of one track lie behind each other: only their distance across the feed makes a cusp.
         gap = centre[b] - centre[a]
         across = np.linalg.norm(gap - (gap * way).sum(axis=1, keepdims=True) * way, axis=1)
         is_track = (across > SAME_TRACK_SHARE * radius) & (across < 2 * radius)

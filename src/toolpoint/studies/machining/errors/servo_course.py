@@ -26,7 +26,6 @@ from toolpoint.studies.servos.drive_structure import structure_of
 
 MAX_SERVO_TIME = 600.0  # s of motion: the histories of three axes take 0.4 GB
 SATURATION_RATIO = 0.999  # of a limit of the drives, from which on the set point is taken as held by it
-MIN_DOUBTED_YIELDING = 5e-6  # m, of a servo under the cutting force
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,6 +108,7 @@ class _ServoRuns:
 def _run_servo(laid: ProgramPath, removed: RemovedMaterial, force: FloatArray, *, drives: DriveDescription,
                machine: Machine | None) -> _ServoRuns:
     with_ends = any(axis.ends is not None for axis in drives.axes.values())
+    # Without ends in the machine its structure would meet no drive: it is not built.
     servo = build_servo(drives, structure_of(drives, machine if with_ends else None))
     named = {name.upper() for name in drives.axes} & set(SPACE)
     driven = match_axes(laid.path, tuple(drives.axes), ideal=sorted(set(SPACE) - named) if named else ())
@@ -121,6 +121,7 @@ def _run_servo(laid: ProgramPath, removed: RemovedMaterial, force: FloatArray, *
     load = _at_places(laid, removed, force[:, columns], places=np.interp(times, command.time, place))
     free, loaded = (simulate_set_points(drives, servo, chosen, load=each) for each in (None, load))
     reached = np.interp(free.time, command.time, place)
+    # Half of an interpolated yes or no: the boundary between a cutting and a free place lies midway.
     cuts = _at_places(laid, removed, (removed.reach > 0)[:, None].astype(float), places=reached)[:, 0] >= 0.5
     lead = np.array([axis.mechanics.lead for axis in servo.plant.axes])
     return _ServoRuns(free, loaded, reached, cuts, command.position[0, columns], columns, lead, driven.notes)
@@ -182,6 +183,7 @@ def drive_use(drives: DriveDescription, result: ServoResult) -> FloatArray:
 
 
 def axis_of_largest(share: FloatArray, block: np.ndarray, count: int) -> np.ndarray:
+    # Stable, so that of equal shares the later sample decides on every machine.
     order = np.argsort(share.max(axis=1), kind="stable")
     axis = np.zeros(count, int)
     axis[block[order]] = share.argmax(axis=1)[order]  # written last is the largest

@@ -17,7 +17,7 @@ from toolpoint.studies.machining.tilted_poses import check_zero
 ROTARY_LETTERS = "ABC"
 _GRID_STEP = np.radians(15.0)  # rad, of the positions of rotary axes from which a direction is looked for
 _GRID_SPAN = np.radians(360.0)  # rad, on either side of zero, of an axis without limits
-_MAX_DIRECTION_STEPS = 30
+_MAX_DIRECTION_STEPS = 30  # quadratic from within the grid's 15 degrees; near a pole, where the slope vanishes, each halves
 _VECTOR_TOLERANCE = 1e-9  # of a unit vector
 _ANGLE_DIFFERENCE = 1e-6  # rad, of the slopes of a direction
 _SMALL_CHANGE = 0.6  # rad: a solution so near is taken without a look for others

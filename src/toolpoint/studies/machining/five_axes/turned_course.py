@@ -86,6 +86,7 @@ def follow_turned(laid: ProgramPath, removed: TurnedRemoval, force: FloatArray, 
     command = _command(timeline, columns, servo.controllers[0].position.sample_time)
     step = servo.controllers[0].sample_times[0] / drives.substeps
     assert removed.frame is not None
+    # By virtual work: J^T takes a force at the tip to the axes, as J takes their motions to the tip.
     work_force = np.einsum("nij,nj->ni", removed.frame, force)
     slopes = course.slopes[removed.piece, np.where(removed.at_start, 0, 1)]
     axis_force = np.einsum("nia,ni->na", slopes, work_force)
@@ -137,8 +138,10 @@ def _lay_time(laid: ProgramPath, course: AxisCourse, times: StepTimes) -> _Timel
     ends_block = np.append(block[1:] != block[:-1], True)
     dwell = np.where(ends_block, path.dwell[block], 0.0)
     ratio = np.ones(len(begin) + 1) if times.plan is None else times.plan.ratio
+    # Where the tool stops the knots have no speed, whatever the steps beside them have.
     ratio = np.where(times.stops == 2, 0.0, ratio)
     rate = (end - begin) / times.nominal[:, None]
+    # The mean of both rates at a joint: the spline's speed is continuous, as set points are.
     joint = np.concatenate([rate[:1], (rate[1:] + rate[:-1]) / 2, rate[-1:]]) * ratio[:, None]
     # Four knots a step: where the pause before it ends, where it ends, where the dwell behind it ends.
     finish = np.cumsum(pause + times.times + dwell)
@@ -147,6 +150,7 @@ def _lay_time(laid: ProgramPath, course: AxisCourse, times: StepTimes) -> _Timel
     speed[dwell > 0, 1:] = 0.0
     step = np.stack([np.full(len(begin), -1), np.arange(len(begin)), np.full(len(begin), -1)], axis=1)
     flat_time = time.ravel()
+    # A spline takes no knot twice: without a pause or dwell the three knots of a step are one or two.
     kept = np.append(True, np.diff(flat_time) > 1e-9)
     first = np.zeros(1)
     start = flat_time[0] > 0

@@ -14,6 +14,7 @@ from toolpoint.studies.machining.loads import CutLoads, place_loads
 from toolpoint.studies.machining.program_path import ProgramPath
 from toolpoint.studies.machining.setup import MachiningSetup
 
+# Longer programs are taken in wider steps: alignment is a transform of all samples, again at each pace.
 MAX_COURSE_SAMPLES = 400_000
 _HALF_FEED = 0.5  # of the feed, at which loads are taken again: what stays is of the edges
 
