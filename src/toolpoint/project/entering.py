@@ -295,6 +295,14 @@ def enter_test(folder: str | Path, draft: RecordsDraft) -> str:
     """Enter a test of records in project.yaml, and return its entry; all its records are read before.
 
     Raises ToolpointError, and writes nothing, where a record, a channel or the pattern has a fault.
+
+    >>> import tempfile
+    >>> from toolpoint.project import write_folder
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     root = write_folder(Path(folder, "mill")).parent
+    ...     _ = (root / "records/blows.csv").write_text("time [s],hammer [N],acc [m/s^2]\\n0,0,0\\n0.001,5,2\\n")
+    ...     enter_test(root, draft_test(root))
+    'tests.structure: {records: ["records/blows.csv"], channels: ["1=force 1:+x", "2=acceleration 1:+x"]}'
     """
     root = Path(folder)
     files = [file for text in draft.records for file in files_of(root, text)]
