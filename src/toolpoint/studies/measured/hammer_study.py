@@ -15,7 +15,7 @@ from toolpoint._notebook import NotebookText
 from toolpoint.signals.checks import Reciprocity, free_of_masses, reciprocity
 from toolpoint.signals.doubts import question
 from toolpoint.signals.driving_doubts import DrivingPointCheck, driving_points
-from toolpoint.signals.hammer import ONE_HIT, HammerTest, hammer_test, locate_hits
+from toolpoint.signals.hammer import HammerTest, hammer_test, locate_hits
 from toolpoint.signals.hits import Hit, HitRules
 from toolpoint.signals.record_set import RecordSet
 from toolpoint.signals.setups import join_setups
@@ -26,6 +26,7 @@ from toolpoint.vibration import Dof, Frf, Record
 
 MAX_WINDOWED_FRACTION = 0.2  # of the set-ups: above, an analyser's window is no chance
 MAX_INCOMPLETE_FRACTION = 0.5  # of the sensors: where more lack responses to a struck point, the test is not one
+ONE_HIT = "one hit only"  # what the doubt of a set-up with one usable hit is about (`signals.hammer`)
 MAX_LISTED_SETUPS = 6  # in a message
 HEADER = ("hit", "struck", "force N", "verdict", "why")
 SetUp = tuple[Dof, tuple[Dof, ...]]
