@@ -27,6 +27,7 @@ class Catalogue:
 
     def translate(self, text: str) -> str | None:
         """Return a text in the language, None where the catalogue lacks a part of it."""
+        text = text.replace(" .. ", " … ")
         for pattern, template in self.pairs:
             match = pattern.match(text)
             if match is None:
@@ -41,7 +42,8 @@ class Catalogue:
             if None not in translated:
                 return joint.join(part for part in translated if part is not None)
         head, colon, rest = text.partition(": ")
-        if not colon or len(head) >= LONGEST_NAME or "; " in head:
-            return None
-        words = self.translate(rest)
-        return None if words is None else f"{self.translate(head) or head}: {words}"
+        words = self.translate(rest) if colon and len(head) < LONGEST_NAME and "; " not in head else None
+        if words is not None:
+            return f"{self.translate(head) or head}: {words}"
+        words = self.translate(text[:-1]) if text.endswith(".") else None
+        return None if words is None else f"{words}."

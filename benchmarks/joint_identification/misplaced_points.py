@@ -41,11 +41,11 @@ class Shapes:
     way: np.ndarray
 
 
-def random_shapes(seed: int) -> Shapes:
-    """Return the test of a seed."""
+def random_shapes(seed: int, per_body: int = 6) -> Shapes:
+    """Return the test of a seed; per_body : measured points of a body."""
     rng = np.random.default_rng(seed)
     count = int(rng.integers(3, 6))
-    case = jm.random_case(seed, "coupled", (count, max(24, 6 * count)))
+    case = jm.random_case(seed, "coupled", (count, max(4 * per_body, per_body * count)))
     machine = with_measured_points(case.machine, case.points.coordinates, case.points.components)
     labels = [Dof(point, way) for point in case.points.places for way in ("+x", "+y", "+z")]
     system = assemble(build(replace(machine.description, modal_damping="")), outputs=labels)
@@ -58,14 +58,18 @@ def random_shapes(seed: int) -> Shapes:
     return Shapes(case, replace(modes, shape=shape, shape_variance=spread**2), points, moved, way / np.linalg.norm(way))
 
 
-def identified(test: Shapes, distance: float) -> JointIdentification:
-    """Return the joints with the point stated a distance (m) off."""
+def moved_points(test: Shapes, distance: float) -> dict:
+    """Return the points with the moved one stated a distance (m) off."""
+    return {**test.points, test.moved: test.points[test.moved] + distance * test.way}
+
+
+def identified(test: Shapes, points: dict) -> JointIdentification:
+    """Return the joints with the points stated at these places."""
     masses = {}
     for name, body in test.case.machine.description.bodies.items():
         square = np.array(body.shape.size) ** 2
         masses[name] = ComponentMass(body.mass, body.centre, body.mass / 12 * np.diag(square.sum() - square))
     chain = {joint.child: joint.parent for joint in test.case.machine.description.joints.values()}
-    points = {**test.points, test.moved: test.points[test.moved] + distance * test.way}
     return identify_joints(test.modes, points, test.case.points.components, chain=chain, masses=masses,
                            coordinate_deviation=COORDINATE_DEVIATION, calibration_deviation=CALIBRATION_DEVIATION)
 
@@ -97,8 +101,8 @@ def main() -> None:
     for seed in range(given.first, given.first + given.seeds):
         test = random_shapes(seed)
         for distance in DISTANCES:
-            result = identified(test, distance)
-            left_out = [str(each.point) for each in result.misplaced]
+            result = identified(test, moved_points(test, distance))
+            left_out = [str(each.point) for each in result.wrong_points.misplaced]
             named[distance].append(str(test.moved) in left_out)
             wrong[distance].append(any(point != str(test.moved) for point in left_out))
             error, inside = errors_of(test, result)

@@ -183,6 +183,13 @@ def _exchange_points(test: RawTest) -> None:
     test.words = [{str(first)}, {str(other)}]
 
 
+def _exchange_points_of_body(test: RawTest) -> None:
+    groups = list(test.case.points.components.values())
+    first, other = test.rng.choice(groups[int(test.rng.integers(len(groups)))], 2, replace=False).tolist()
+    test.coordinates[first], test.coordinates[other] = test.coordinates[other], test.coordinates[first]
+    test.words = [{str(first), str(other), "exchanged"}]
+
+
 def _scale_point(test: RawTest) -> None:
     file = test.random_file()
     for key in test.records:  # another gain at the amplifier while this point was measured
@@ -305,7 +312,8 @@ def _force_gain(test: RawTest) -> None:
 
 
 SLIPS: dict[str, Callable[[RawTest], None]] = {
-    "sign": _turn_sign, "exchanged": _exchange_points, "sensitivity": _scale_point, "order": _wrong_order, "mass": _wrong_mass,
+    "sign": _turn_sign, "exchanged": _exchange_points, "exchanged in a body": _exchange_points_of_body,
+    "sensitivity": _scale_point, "order": _wrong_order, "mass": _wrong_mass,
     "direction": _turn_sensor, "coordinates": _move_point, "sensitivities": _exchange_sensitivities,
     "sensor mass": _forget_sensor_mass, "soft tip": _soft_tip,
     "rate": _wrong_rate, "no scale": _no_scale, "decimal comma": _decimal_comma, "late trigger": _late_trigger,

@@ -63,6 +63,7 @@ def settle(page: Any, view: str) -> None:
     end = time.monotonic() + WAITING_LIMIT
     while page.evaluate(IS_WAITING.replace("VIEW", view)) and time.monotonic() < end:
         time.sleep(0.1)
+    page.evaluate("scrollTo(0, 0)")  # a click scrolls to what it clicks
     page.wait_for_timeout(1e3 * SETTLING_TIME)
 
 

@@ -33,7 +33,7 @@ def test_a_template_is_commented_and_leaves_no_doubt(name, tmp_path):
     assert all(part in drawn for part in (*machine.description.bodies, *machine.description.joints, *machine.description.axes))
 
 
-@pytest.mark.parametrize("kind", ["servo", "components", "test"])
+@pytest.mark.parametrize("kind", ["servo", "components", "test", "shaft", "plan"])
 def test_other_templates_pass_the_check(kind, tmp_path, capsys):
     path = write_template(tmp_path / "x.yaml", kind)
     main(["check", str(path)])

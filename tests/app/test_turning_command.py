@@ -1,18 +1,23 @@
 """`toolpoint turn`: limits of the closed form from modes, measured lines and a machine; directions and their units."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from conftest import MACHINES
+from toolpoint._doubt import Doubt
 from toolpoint.app.main import main
 from toolpoint.cutting import stability
 from toolpoint.cutting.cut.problem import TurningProblem
+from toolpoint.cutting.force import materials
 from toolpoint.cutting.stability.methods.turning import least_width, lobe_tips
 from toolpoint.io.binary import hdf5
 from toolpoint.io.text import frf_table
 from toolpoint.io.yaml import machine_file
+from toolpoint.studies import describe_turning, modal_dynamics
+from toolpoint.studies.cuts.turning.study import build_turning
 from toolpoint.studies.machines.tool_point import tool_point
 from toolpoint.vibration import Modes, frequency_response
 
@@ -110,7 +115,8 @@ def test_process_damping_holds_low_speeds(folder, tmp_path, capsys):
     (["--kf", "800", "--direction", "0,0,1"], "along z is not known"), (["--kf", "800", "--direction", "0,0,0"], "zero length"),
     (["--kf", "800", "--kt", "1600", "--direction", "y"], "not normal to the chip"),
     (["--kf", "800", "--process-damping", "5"], "needs it"), ([], "--kf"), (["--kf", "nan"], "nan is not in the range x>0"),
-    (["--kf", "800", "--process-damping", "5", "--diameter", "50", "--cutting-speed", "200"], "must be one of them")])
+    (["--kf", "800", "--process-damping", "5", "--diameter", "50", "--cutting-speed", "200"], "must be one of them"),
+    (["--material", "C45"], "give --kf"), (["--material", "chocolate"], "chocolate")])
 def test_wrong_input(folder, more, words, capsys):
     with pytest.raises(SystemExit) as stopped:
         main(["turn", "--modes", str(folder / "bar.h5"), *more])
@@ -125,3 +131,14 @@ def test_limits_that_no_lathe_has_are_doubted(folder, tmp_path, capsys):
     assert not any("doubtful" in note for note in ordinary["notes"])
     pascal = turn(capsys, "--modes", folder / "bar.h5", "--kf", 1500e6, "-o", tmp_path)
     assert any("hardly that of a machine; check the units" in note for note in pascal["notes"])
+
+
+def test_a_material_gives_its_coefficients_and_a_doubt():
+    """Own coefficients take the place of the table's; what is of milling tests is said before the widths."""
+    table = materials.literature("Al 7075").sets[1]
+    cut = describe_turning(material="al7075:2")
+    assert (cut.cutting, cut.tangential) == (table.kn, table.kt)
+    assert describe_turning(9e8, material="al7075:2") == replace(cut, cutting=9e8)
+    assert describe_turning(9e8, 2e9, material="al7075:2").source == ""
+    doubts = [note for note in build_turning(modal_dynamics(BAR), cut)[1] if isinstance(note, Doubt)]
+    assert len(doubts) == 1 and "milling tests" in doubts[0] and f"{table.kn / 1e6:.4g}" in doubts[0]

@@ -14,6 +14,7 @@ import pytest
 import toolpoint
 from toolpoint import substructuring
 from toolpoint._deprecation import ToolpointDeprecationWarning
+from toolpoint.io import write_template
 from toolpoint.io.yaml.document import parse
 from toolpoint.vibration import Modes, frequency_response
 
@@ -72,9 +73,10 @@ def test_the_workflow_runs_every_python_that_the_package_names():
     assert set(named) <= set(listed)
 
 
-def test_python_of_the_readme_runs_as_it_stands(monkeypatch, capsys):
-    """The blocks are one program, run in the clone: the first reads a machine file of the package by its place there."""
-    monkeypatch.chdir(ROOT)
+def test_python_of_the_readme_runs_as_it_stands(monkeypatch, capsys, tmp_path):
+    """The blocks are one program, run in a folder that has the machine file of the block of the drawing alone."""
+    monkeypatch.chdir(tmp_path)
+    write_template("my.yaml", "machine", "three-axis-vertical")
     blocks = re.findall(r"^```python\n(.*?)^```$", (ROOT / "README.md").read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL)
     exec(compile("\n".join(blocks), "README.md", "exec"), {})
     assert len(blocks) == 2 and " 137.15" in capsys.readouterr().out  # root of det(K - w^2 M): 137.157 Hz

@@ -239,3 +239,14 @@ def test_a_doubt_among_the_assumptions_is_written_as_its_sentence(tmp_path, vert
     doubt = Doubt("measured modes at 44.7 Hz", "look like none of the machine's", "check the chain")
     machine_file.write(replace(vertical.description, assumptions=(doubt,)), tmp_path / "copy.yaml")
     assert machine_file.read(tmp_path / "copy.yaml").description.assumptions == (str(doubt),)
+
+
+def test_an_unknown_key_of_a_part_beside_it_is_sent_there(tmp_path):
+    """A mesh file under `elastic` is meant for `solid`; a key of many parts is sent nowhere."""
+    path = tmp_path / "machine.yaml"
+    path.write_text("toolpoint: 1\nname: x\nbodies: {ram: {elastic: {file: ram.inp, held: FOOT, mass: 3 kg}}}\njoints: {}\n")
+    with pytest.raises(ToolpointError) as caught:
+        machine_file.read(path)
+    words = str(caught.value)
+    assert "(held is a key of solid)" in words
+    assert "(file is a key of mesh and of matrices and of solid)" in words

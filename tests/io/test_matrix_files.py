@@ -1,8 +1,10 @@
 """Matrix files: the samples, bit for bit there and back in every variant, and damaged files."""
 
+import h5py
 import numpy as np
 import pytest
-from scipy.sparse import csc_array
+import scipy.io
+from scipy.sparse import csc_array, save_npz
 
 from toolpoint import ToolpointError, ToolpointWarning
 from toolpoint.io import read_matrices
@@ -276,3 +278,43 @@ def test_stiffness_and_mass_exchanged_are_doubted(tmp_path):
     with pytest.warns(ToolpointWarning, match="are they exchanged"):
         found = read_matrices(tmp_path / "m.mtx", tmp_path / "k.mtx")
     assert any("0.00016 Hz" in note for note in found.notes)
+
+
+def write_v73(path, matrices):
+    """Write sparse matrices as MATLAB 7.3 lays them out: a group a matrix, columns compressed, in a user block of 512 bytes."""
+    with h5py.File(path, "w", userblock_size=512) as file:
+        for name, matrix in matrices.items():
+            group = file.create_group(name)
+            group.attrs["MATLAB_sparse"] = np.uint64(matrix.shape[0])
+            group.attrs["MATLAB_class"] = np.bytes_(b"double")
+            for part, values in (("data", matrix.data), ("ir", matrix.indices), ("jc", matrix.indptr)):
+                group[part] = values
+    with path.open("r+b") as file:
+        file.write(b"MATLAB 7.3 MAT-file".ljust(512, b" "))
+
+
+@pytest.mark.parametrize("kind", ["sparse.mat", "full.mat", "73.mat", "full.npz"])
+def test_matrices_of_arrays_give_the_modes_of_a_chain(tmp_path, kind):
+    """Two masses of 1 kg between walls, three springs of 1e6 N/m: w = sqrt(k/m), sqrt(3 k/m); C is named and not used."""
+    k, m = csc_array([[2e6, -1e6], [-1e6, 2e6]]), csc_array(np.eye(2))
+    named = {"K": k, "M": m, "C": csc_array(20 * np.eye(2))}
+    full = {name: matrix.toarray() for name, matrix in named.items()}
+    path = tmp_path / kind
+    if kind == "full.npz":
+        np.savez(path, **full, note=np.array("text"), rate=np.array(1.0))
+    elif kind == "73.mat":
+        write_v73(path, named)
+    else:
+        scipy.io.savemat(path, {**(named if kind == "sparse.mat" else full), "fs": 1.0, "text": "abc"})
+    read = read_matrices(path)
+    assert any(note.startswith("C of the file is not used") for note in read.notes)
+    np.testing.assert_allclose(solve_matrix_modes(read, 2).modes.frequency, np.sqrt([1e6, 3e6]) / (2 * np.pi), rtol=1e-12)
+
+
+def test_a_sparse_archive_holds_one_matrix_by_the_name_of_the_file(tmp_path):
+    for name, matrix in (("K", csc_array([[2e6, -1e6], [-1e6, 2e6]])), ("M", csc_array(np.eye(2)))):
+        save_npz(tmp_path / f"{name}.npz", matrix)
+    assert read_matrices(tmp_path / "K.npz", tmp_path / "M.npz").stiffness.toarray()[0, 1] == -1e6
+    np.savez(tmp_path / "responses.npz", values=np.ones((3, 4)))
+    with pytest.raises(ToolpointError, match="no square matrix"):
+        read_matrices(tmp_path / "responses.npz")

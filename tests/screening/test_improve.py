@@ -9,6 +9,7 @@ import pytest
 from toolpoint import ToolpointError
 from toolpoint.app.main import main
 from toolpoint.cutting.description import CuttingDescription
+from toolpoint.io.quantities.written import read_goal
 from toolpoint.io.yaml import machine_file
 from toolpoint.machine import build
 from toolpoint.machine import description as d
@@ -92,8 +93,19 @@ def test_command(tmp_path, capsys):
     plan.write_text(f"toolpoint: 1\nmachine: {MACHINES / 'elastic_robot.yaml'}\nmetrics: [frequency 1]\nfactors:\n"
                     "  - {name: torsion 2, paths: [joints.joint_q2.stiffness.rz], low: 1.0, high: 2.0}\n"
                     "  - {name: torsion 3, paths: [joints.joint_q3.stiffness.rz], low: 1.0, high: 2.0}\n")
-    main(["improve", str(plan), "--answer", "static compliance", "--goal", "6.5e-6"])
-    assert "the goal is met by the full model" in capsys.readouterr().out
+    main(["improve", str(plan), "--answer", "static compliance", "--goal", "6.5um/N"])
+    by_compliance = capsys.readouterr().out
+    assert "the goal is met by the full model" in by_compliance and "to 6.5 µm/N" in by_compliance
+    main(["improve", str(plan), "--answer", "static compliance", "--goal", f"{1 / 6.5:.12g}N/um"])
+    assert capsys.readouterr().out == by_compliance
+
+
+@pytest.mark.parametrize(("text", "answer", "words"), [
+    ("6.5e-6", "static compliance", "of which unit"), ("8 N", "response peak", "stiffness"),
+    ("0N/um", "response peak", "above"), ("2.5 kg", "depth limit", "length"), ("-3", "position error", "above zero")])
+def test_a_goal_says_its_unit(text, answer, words):
+    with pytest.raises(ToolpointError, match=words):
+        read_goal(text, answer)
 
 
 def test_what_is_not_affine_is_refused(robot):

@@ -122,6 +122,22 @@ def test_a_flat_top_is_overload_and_a_rounded_smooth_one_is_not():
     assert is_clipped(np.clip(np.sin(2000 * time), -0.8, 0.8)) and not is_clipped(np.sin(2000 * time))
 
 
+@pytest.mark.parametrize("steps", [3, 13, 60, 3000])
+def test_a_ringing_channel_of_few_steps_is_no_overload(steps):
+    """A sensor across the motion has so few steps of the converter; text has as few digits."""
+    rng = np.random.default_rng(steps)
+    time = np.arange(3000) / 800
+    for _ in range(20):
+        frequency, phase = rng.uniform(3, 60), rng.uniform(0, 6)
+        ringing = np.exp(-rng.uniform(0.2, 4) * time) * np.sin(2 * np.pi * frequency * time + phase)
+        stored = np.round(ringing * steps) * 1.2e-7 / 0.0104
+        assert not is_clipped(stored), (frequency, phase)
+        digits = 3 if steps < 100 else 5
+        assert not is_clipped(np.array([float(f"{value:.{digits}g}") for value in ringing])), (frequency, phase, digits)
+        clipped = np.round(np.clip(1.3 * ringing / np.abs(ringing).max(), -1, 1) * 32767) / 32767
+        assert is_clipped(clipped) or frequency < 10, (frequency, phase)
+
+
 def test_a_second_rise_within_a_long_pulse_is_a_second_blow():
     at = np.arange(400) / 100
     single = np.where(at < 1, np.sin(np.pi * np.clip(at, 0, 1)), 0)

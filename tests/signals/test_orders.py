@@ -155,6 +155,12 @@ def test_clipping_is_seen_and_a_loud_sine_is_not_clipped():
     sound = comb(100.0, 4, 1.0, rng)
     assert measure_clipping(np.clip(sound, -0.6 * sound.max(), 0.6 * sound.max())) > 2e-3
     assert measure_clipping(sound) < 2e-4
+    time = np.arange(20000) / 44100
+    for frequency in (60.0, 150.0, 400.0):
+        sine = np.sin(2 * np.pi * frequency * time)
+        assert measure_clipping(sine) == 0 and measure_clipping(np.round(60 * sine)) == 0
+        noisy = np.clip(sine + 0.03 * rng.normal(size=time.size), -0.9, 0.9)
+        assert measure_clipping(noisy + 3e-4 * rng.normal(size=time.size)) > 2e-3
 
 
 def test_limits_of_the_search_are_checked():

@@ -81,6 +81,13 @@ def test_one_direction_is_named(mill):
     study = study_drift(measured(mill), [measured(softer(mill, "guide_y", 0.75, ["y"]))], mill)
     best = study.explanations[0]
     assert (best.part, best.direction) == ("joint guide_y", "y") and best.interval[0] <= 0.75 <= best.interval[1]
+    # A sum over directions is said to be one, beside what the table gives for the likeliest of them.
+    rows = (replace(best, probability=0.93), replace(best, direction="rx", probability=0.03), *study.explanations[1:])
+    rows = tuple(replace(row, probability=0.0) if k > 1 else row for k, row in enumerate(rows))
+    said = replace(study, explanations=rows).status
+    assert "joint guide_y, with a probability of 96 % for all its directions together; 93 % belong to joint guide_y in" in said
+    alone = replace(study, explanations=(replace(best, probability=0.96),)).status
+    assert "with a probability of 96 %." in alone and "together" not in alone
 
 
 def test_a_spring_that_no_measured_point_sees_keeps_its_stiffness(mill):

@@ -64,6 +64,33 @@ def test_a_struck_point_without_a_good_hit_is_left_out_and_doubted():
     assert study.doubts[0].startswith("left out: struck at 2:+x")
 
 
+def test_a_sensor_without_a_good_hit_at_one_struck_point_is_left_out_of_both():
+    """A sensor that is moved: its record at one of two struck points is cut off."""
+    def records(last: int) -> RecordSet:
+        """Return a record a sensor and struck point; last : first sample of that of sensor 3 struck at 2."""
+        parts, names = [], []
+        for at in ("1:+x", "2:+x"):
+            whole_record = struck([100.0, 100.0], at=at)
+            for sensor in (1, 2, 3):
+                first = last if (at, sensor) == ("2:+x", 3) else 0
+                samples = whole_record.samples[first:, [0, sensor]]
+                parts.append(Record(samples, RATE, [at, f"{sensor}:+x"], ("force", "velocity")))
+                names.append(f"{at[0]}_{sensor}.csv")
+        return RecordSet(tuple(parts), tuple(names))
+
+    study = study_hammer_records(records(0), duration=DURATION)
+    assert len(study.frf.outputs) == 3 and study.doubts == ()
+    one = records(0).records[4]  # of sensor 2 struck at 2: its second hit is taken away
+    single = replace(one, samples=one.samples[:2600])
+    given = records(0)
+    with pytest.warns(ToolpointWarning, match="one hit only"):
+        study = study_hammer_records(RecordSet((*given.records[:4], single, given.records[5]), given.names), duration=DURATION)
+    assert any("in 1 of 6 set-ups (struck / first sensor: 2:+x / 2:+x)" in doubt for doubt in study.doubts)
+    study = study_hammer_records(records(2403), duration=DURATION)
+    assert [str(dof) for dof in study.frf.outputs] == ["1:+x", "2:+x"] and len(study.frf.inputs) == 2
+    assert study.doubts[0].startswith("left out: struck at 2:+x") and study.doubts[1].startswith("sensors 3:+x: they lack")
+
+
 def test_struck_points_share_one_window_and_block():
     light = MODES.with_damping([0.0008, 0.02, 0.02])
     study = study_hammer_records(both(named(100, 90, 95), named(100, 90, 95, at="2:+x", modes=light)), duration=DURATION)

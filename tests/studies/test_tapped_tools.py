@@ -17,6 +17,7 @@ from toolpoint.signals.windows import doubt_window
 from toolpoint.studies.cuts.described_cut import build_problem
 from toolpoint.studies.cuts.tool_dynamics import modal_dynamics, response_dynamics
 from toolpoint.studies.cuts.uncertain_cut import Uncertainty, sample_charts
+from toolpoint.studies.testing import tap_limits
 from toolpoint.studies.testing.tap_dynamics import TappedModes, join_directions
 from toolpoint.vibration import Frf, Record
 from toolpoint.vibration.frequency_response import modal
@@ -154,6 +155,20 @@ def test_drawn_modes_scatter_as_stated():
         shares = np.array([getattr(draw, name) / getattr(part, name) for draw in drawn])
         np.testing.assert_allclose(shares.std(axis=0), 0.01, rtol=0.1)
     np.testing.assert_allclose(np.std([np.abs(draw.residue / part.residue) for draw in drawn], axis=0), 0.01, rtol=0.1)
+
+
+def test_least_limits_of_drawn_tips_lie_in_the_interval_of_the_least_limit(monkeypatch):
+    """They lie at other speeds than the middle one's, and lower than what draws have at its speed."""
+    monkeypatch.setattr(tap_limits, "LIMIT_DRAWS", 40)
+    tip, rng = join_directions(parts_of(SOFT_AND_FAST, 0, 0.05), parts_of(SOFT_AND_FAST, 1, 0.05)), np.random.default_rng(2)
+    problem = build_problem(tip.dynamics(), CUT)[0]
+    rough = tap_limits._chart_roughly(problem, np.linspace(*SPEEDS, 100), 0.05)
+    ratios, least_ratios = tap_limits._draw_limit_ratios(tip, problem, rough, 0.05, rng)
+    lower, upper = np.quantile(least_ratios, tap_limits.INTERVAL_LEVELS, method="weibull")
+    share = tap_limits._draw_limit_ratios(tip, problem, rough, 0.05, rng)[1]  # of other tips
+    assert 0.5 < lower < 1 < upper < 1.5
+    assert (share < lower).mean() <= 0.075 and (share > upper).mean() <= 0.075
+    assert (share < np.quantile(ratios[:, int(np.argmin(rough.limit))], 0.025)).mean() > 0.1
 
 
 @pytest.mark.parametrize("windowed", [False, True])

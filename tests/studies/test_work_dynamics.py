@@ -139,3 +139,32 @@ def test_the_direction_of_the_axis_stays_where_the_tool_has_it(known):
     expected[:, :count, :count] += parts[1]
     assert frequency_response.modal(both.response, lines, both.response.dofs).values == pytest.approx(expected, rel=1e-12)
     assert any("rigid along the tool's axis" in note for note in both.notes) is not known
+
+
+PART = "  part: {mass: 15 kg, inertia: {xx: 0.2, yy: 0.2, zz: 0.2}}"
+BEARING = "  bearing: {parent: ground, child: head, stiffness: {x: 3e7, y: 5e7}, loss_factor: 0.06}"
+CLAMP = "  clamp: {parent: ground, child: part, stiffness: {x: 2e7, y: 9e7}, loss_factor: 0.02}"
+
+
+def machine_text(bodies, joints, points, tool, table=""):
+    """A machine file of these bodies, joints and points."""
+    return "\n".join(["toolpoint: 1", "name: cut", "bodies:", *bodies, "joints:", *joints, "points:", *points,
+                      f"tool: {tool}", table])
+
+
+def test_a_machine_file_of_the_work_is_the_table_of_one_file(tmp_path, capsys):
+    """Tool and work in one file, tool against table, or in two: the same least depth by the same command."""
+    head = "  head: {mass: 40 kg, inertia: {xx: 1, yy: 1, zz: 1}}"
+    tip_point, wall_point = "  tip: {body: head}", "  wall: {body: part}"
+    (tmp_path / "both.yaml").write_text(machine_text([head, PART], [BEARING, CLAMP], [tip_point, wall_point], "tip",
+                                                     "table: wall"))
+    (tmp_path / "tool.yaml").write_text(machine_text([head], [BEARING], [tip_point], "tip"))
+    (tmp_path / "work.yaml").write_text(machine_text([PART], [CLAMP], [wall_point], "wall"))
+    least = []
+    for files in (["both.yaml"], ["tool.yaml", "--work", str(tmp_path / "work.yaml")]):
+        main(["lobes", str(tmp_path / files[0]), *files[1:], "--method", "zero-order", "--teeth", "2",
+              "--kt", "800", "--kn", "240", "--diameter", "20", "--immersion", "0.5", "--direction", "down",
+              "--speeds", "4000:9000:40", "--json", "-o", str(tmp_path / "page")])
+        least.append(json.loads(capsys.readouterr().out)["lowest_limit"])
+    assert least[1] == pytest.approx(least[0], rel=1e-6)
+    assert 0 < least[0]["depth_m"] < 0.01

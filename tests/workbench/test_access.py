@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from toolpoint import ToolpointError
 from toolpoint.io.template_files import read_template
-from toolpoint.project import add_part
+from toolpoint.project import add_part, draft_test
 from toolpoint.project.components_text import draft_components
 from toolpoint.workbench.serving.server import _listen
 from toolpoint.workbench.state.access import Access, check_file_name, keep_token, path_beneath
@@ -203,3 +203,20 @@ def test_the_components_text_neither_shows_nor_writes_a_file_outside_the_project
         assert "secret" not in draft_components(folder)
         status, _, content = running.client.ask("POST", "/api/components", {"text": text})
         assert status == 422 and b"outside the project" in content and secret.read_text() == "a secret\n"
+
+
+def test_a_test_of_records_reads_and_names_nothing_outside_the_project(running):
+    folder = running.bench.desk.folder
+    outside = folder.parent / "outside.csv"
+    outside.write_text("time [s],hidden [N]\n0,1\n0.001,2\n")
+    (folder / "records").mkdir(exist_ok=True)
+    (folder / "records" / "linked.csv").symlink_to(outside)
+    assert draft_test(folder) is None
+    body = {"name": "a", "of": "structure", "pattern": "", "struck": "", "channels": ["1=force 1:+x"]}
+    before = (folder / "project.yaml").read_bytes()
+    for records in (["../outside.csv"], [str(outside)], ["records/linked.csv"], ["records/*"], ["\0"], [""], []):
+        status, _, content = running.client.ask("POST", "/api/test", {**body, "records": records})
+        assert status == 422 and b"in the project" in content, records
+    for change in ({"records": "records/*"}, {"channels": [1]}, {"of": "x"}, {"name": 3}, {"channels": ["x" * 300]}):
+        assert running.client.ask("POST", "/api/test", {**body, "records": ["records/*"], **change})[0] == 422, change
+    assert (folder / "project.yaml").read_bytes() == before

@@ -263,6 +263,19 @@ def test_every_control_has_a_name_and_the_keyboard_reaches_it(demo, serve, tab):
         assert {str(number) for number in asked} <= set(page.evaluate("window.reached")), view
 
 
+# Texts that are not marked as English and have words that no German text has; commands and code are of no language.
+ENGLISH_TEXTS = r"""() => {
+  const walker = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT), found = [];
+  while (walker.nextNode()) {
+    const { data, parentElement: place } = walker.currentNode;
+    if (!place.closest("pre, code, script, style, noscript, .wb-same, [lang=en]")
+      && /\b(is|are|has|that|with|which|of|and|from|the|to)\b/.test(data)) found.push(data);
+  }
+  return found;
+}"""
+NAMES_OF_DEMO = ("Demo mill from its test", "table at the side", "wider guide of the head", "bolt the column")
+
+
 def test_words_are_complete_in_english_and_german(demo, serve, tab):
     page = tab(serve(demo).address, locale="de-DE")
     ready(page, "project")
@@ -275,6 +288,8 @@ def test_words_are_complete_in_english_and_german(demo, serve, tab):
         ready(page, view)
         spoken = page.evaluate("[...document.querySelectorAll('.answer, .wb-doubts li')].map((n) => [n.lang, n.innerText])")
         assert [text for language, text in spoken if language != "de"] == [], view
+        found = page.evaluate(ENGLISH_TEXTS)
+        assert [text for text in found if not any(name in text for name in NAMES_OF_DEMO)] == [], view
     unknown = page.evaluate("window.Workbench.spoken('hinges: squeak at 3 Hz; oil them')")
     assert unknown == {"text": "hinges: squeak at 3 Hz; oil them", "lang": "en"}
 
@@ -317,8 +332,8 @@ def send_form(page: Any, name: str) -> str:
 
 def test_from_an_empty_folder_to_a_limit_by_clicks_alone_and_the_commands_give_the_same_bytes(run_demo, serve, tab, tmp_path):
     """Raw records, a test file, places and components are dropped in; a cut and a goal are typed; the project is run."""
-    folder, shell = tmp_path / "clicked", tmp_path / "typed"
-    folder.mkdir()
+    folder, shell = tmp_path / "clicked" / "mill", tmp_path / "typed" / "mill"  # a project is called as its folder
+    folder.mkdir(parents=True)
     files = [*sorted((run_demo / "records").iterdir()), run_demo / "components.yaml", run_demo / "points.csv"]
     page = tab(serve(folder).address)
     ready(page, "project")
@@ -343,7 +358,7 @@ def test_from_an_empty_folder_to_a_limit_by_clicks_alone_and_the_commands_give_t
     page.evaluate("location.hash = '#/machine'")
     ready(page, "machine")
     assert "column_head" in page.inner_text(".answer")  # the soft joint
-    shell.mkdir()
+    shell.mkdir(parents=True)
     for command in commands:
         words = shlex.split(command)[1:]
         if "FROM" in command:  # the files as a person names them, who has them elsewhere

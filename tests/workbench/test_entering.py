@@ -5,6 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from toolpoint import ToolpointError, io
+from toolpoint.machine.description.project_plan import ProjectTest
 from toolpoint.project import Project, add_files, add_part, guess_kind, write_folder
 from toolpoint.project.components_text import draft_components, write_components
 
@@ -122,6 +123,26 @@ def test_records_of_universal_files_are_a_test_without_a_test_file(tmp_path):
     other = write_folder(tmp_path / "lathe").parent
     (tmp_path / "t.yaml").write_text("toolpoint: 1\nrecords:\n  - {files: ['*.unv']}\n")
     assert add_files(other, [tmp_path / "a 1.unv", tmp_path / "t.yaml"]).parts == (("tests.t", "{test: records/t.yaml}"),)
+
+
+def test_records_and_the_test_file_that_names_them_are_one_test_in_either_order(tmp_path):
+    for name in ("a 1.unv", "a 2.unv"):
+        (tmp_path / name).write_text(UNIVERSAL.format(function=1) + name)
+    (tmp_path / "t.yaml").write_text("toolpoint: 1\ntest: blows\nrecords:\n  - {files: ['*.unv']}\n")
+    records = [tmp_path / "a 1.unv", tmp_path / "a 2.unv"]
+    root = write_folder(tmp_path / "mill").parent
+    assert not add_files(root, records).doubts
+    entered = add_files(root, [tmp_path / "t.yaml"])
+    assert entered.parts == (("tests.structure", "{test: records/t.yaml}"),) and "they are one test" in entered.doubts[0]
+    assert Project.open(root).description.tests == {"structure": ProjectTest(test="records/t.yaml")}
+    assert add_files(root, records).parts == ()  # the test file names them
+    root = write_folder(tmp_path / "lathe").parent
+    add_files(root, [tmp_path / "t.yaml"])
+    assert add_files(root, records).parts == () and list(Project.open(root).description.tests) == ["t"]
+    # What a person has written into the entry stays: then the two are refused, by name.
+    add_part(root, "tests.own", "{records: [records/a 1.unv], date: 2026-01-01}")
+    with pytest.raises(ToolpointError, match=r"tests\.own: records/a 1\.unv is also in tests\.t; must be in one test"):
+        _ = Project.open(root).chain
 
 
 def test_components_are_drafted_from_the_points_and_kept_only_without_a_fault(tmp_path):

@@ -14,7 +14,7 @@ from toolpoint.app.declare import Argument, Help, list_given
 from toolpoint.app.options import Band, Naming, Pose, Quantity
 from toolpoint.app.values import SourceFile
 from toolpoint.io.suffixes import HDF5, MATLAB, NUMPY, TEXT, UNIVERSAL
-from toolpoint.project.limits.line_draws import read_tip_file
+from toolpoint.project.limits.line_draws import read_work_file
 
 if TYPE_CHECKING:
     from toolpoint.studies.cuts.tool_dynamics import ToolDynamics
@@ -41,7 +41,7 @@ class Dynamics:
                                               "it changes is doubted.", above=0, scale=1e-3)] = None
     modes: Annotated[SourceFile | None, Help("Modes saved by identify (HDF5), or of a universal file.")] = None
     work: Annotated[SourceFile | None, Help("Response of a work that gives way too, along the tool's x and y: an FRF "
-                                            "file, or saved modes.")] = None
+                                            "file, saved modes, or a machine file (YAML) whose tool is the place cut.")] = None
     x: Annotated[str | None, Help("Label of x where the data hold several points, e.g. 5:+x.",
                                   metavar="POINT:DIRECTION")] = None
     y: Annotated[str | None, Help("Label of y, or same (as along x), or rigid; that of x's point where left out.",
@@ -71,7 +71,7 @@ class Dynamics:
         tool = self._read_tool()
         if self.work is None:
             return tool
-        return studies.with_work(tool, read_tip_file(self.work, quantity=self.quantity, band=self.band))
+        return studies.with_work(tool, read_work_file(self.work, quantity=self.quantity, band=self.band))
 
     def _read_tool(self) -> ToolDynamics:
         if self.machine is not None:

@@ -57,7 +57,7 @@ NEXT_COMMANDS: dict[str, tuple[str, ...]] = {
     "sensitivity": ("change {machine} PATH=NUMBER -o changed.yaml", "screen PLAN.yaml"),
     "update": ("correlate {written} TEST.uff --geometry points.csv --components parts.yaml", "lobes {written}",
                "update {machine} --machine updated.yaml"),
-    "screen": ("improve {plan} --answer ANSWER --goal NUMBER",),
+    "screen": ("improve {plan} --answer ANSWER --goal GOAL",),
     "improve": ("change MACHINE.yaml PATH=NUMBER -o changed.yaml",),
     "drive": ("servo-data TRACE.csv", "machining {program} --drives {drives} --machine MACHINE.yaml --stock STOCK"),
     "servo-data": ("new servo my_servo.yaml", "drive my_servo.yaml --circle 50,4000"),

@@ -42,12 +42,12 @@ from toolpoint.joint_identification.modes.modal_scale import scale_deviations
 from toolpoint.joint_identification.modes.mode_mixing import mixing_in_phase
 from toolpoint.joint_identification.motion.direction_gains import question_gains
 from toolpoint.joint_identification.motion.measured import Component, Point, component
-from toolpoint.joint_identification.motion.misplaced_points import MisplacedPoint, find_misplaced, leave_out_misplaced
 from toolpoint.joint_identification.motion.relative_motion import RelativeMotion
 from toolpoint.joint_identification.motion.rigid_motion import RigidMotion, SmallMotion
 from toolpoint.joint_identification.motion.sensor_gains import SensorGains, fit_gains
 from toolpoint.joint_identification.motion.strangers import strangers
 from toolpoint.joint_identification.motion.wrong_channels import question_channels
+from toolpoint.joint_identification.motion.wrong_points import WrongPoints, find_wrong_points
 from toolpoint.vibration import Modes
 from toolpoint.vibration.correlation import mac
 
@@ -60,8 +60,8 @@ _MAX_STRANGER_FRACTION, _MIN_COMPONENT_POINTS = 0.2, 6
 class JointIdentification(NotebookText):
     """Joints of a chain, with the rigid motion of every component and every relative motion they come from.
 
-    misplaced : points that lie elsewhere than stated, left out of the motions; tested_frequency : by child, Hz, below which no
-    further freedom of its joint brings a mode.
+    wrong_points : points that are not where they are stated, left out of the motions; tested_frequency : by child, Hz, below
+    which no further freedom of its joint brings a mode.
 
     Examples
     --------
@@ -74,7 +74,7 @@ class JointIdentification(NotebookText):
     doubts: tuple[Doubt, ...] = ()
     machine: WholeMachine | None = None
     gains: SensorGains | None = None
-    misplaced: tuple[MisplacedPoint, ...] = ()
+    wrong_points: WrongPoints | None = None
     tested_frequency: Mapping[str, float] = field(default_factory=dict)
 
     @property
@@ -190,12 +190,11 @@ def identify_joints(
     # What is wrong is looked for in the shapes as they were measured, not where gains have made up for a part of it.
     measured = {name: component(name, real, points, labels=labels) for name, labels in components.items()}
     judged = {name: add_coordinate_variance(part, deviation) for name, part in measured.items()}
-    channel_doubts = [*question_gains(judged), *question_channels(judged, real.dofs)]
-    misplaced = find_misplaced(judged)
-    if misplaced:  # its component's motion is that of the other points, and its interval theirs
-        points, components = leave_out_misplaced(misplaced, points, components)
+    wrong = find_wrong_points(judged)
+    channel_doubts = [*wrong.doubts, *question_gains(wrong.parts), *question_channels(wrong.parts, real.dofs)]
+    if wrong.places:  # their component's motion is that of the other points, and its interval theirs
+        points, components = wrong.left_out_of(points, components)
         measured = {name: component(name, real, points, labels=labels) for name, labels in components.items()}
-        channel_doubts += [each.doubt for each in misplaced]
     gains = fit_gains(measured, deviation, calibration_deviation)
     motions_of = partial(_motions_with_gains, points=points, method=method, deviation=deviation, criterion=criterion)
     parts, motions, place_doubts = motions_of(real, gains, components=components)
@@ -228,9 +227,8 @@ def identify_joints(
         except np.linalg.LinAlgError as error:
             doubts.append(Doubt(FIT_OF_MACHINE, f"it broke down ({error}): no stiffness", "check masses, chain and doubts, and "
                                 "whether modes were counted twice"))
-    result = JointIdentification(tuple(joints), motions, relatives, (*doubts, *place_doubts), machine, gains,
-                                 tuple(misplaced))
-    return _refine_joints(result, modes, struck_wrenches(modes, points, components))
+    result = JointIdentification(tuple(joints), motions, relatives, (*doubts, *place_doubts), machine, gains, wrong)
+    return _refine_joints(result, modes, struck_wrenches(modes, points, wrong.restored_to(components)))
 
 
 def _choose_joints(relatives: Sequence[RelativeMotion], criterion: Criterion,

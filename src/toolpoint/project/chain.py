@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import glob
 import posixpath
 import shlex
 from collections.abc import Mapping, Sequence
@@ -11,7 +10,6 @@ from pathlib import Path, PurePosixPath
 from typing import Any
 
 from toolpoint import io
-from toolpoint._check import ToolpointError
 from toolpoint.cutting.description import flat_values
 from toolpoint.io.yaml.named_files import list_named_files
 from toolpoint.machine.description.project_plan import (
@@ -24,11 +22,12 @@ from toolpoint.machine.description.project_plan import (
 )
 from toolpoint.project.engine.step import LateWork, ProjectStep, result_path
 from toolpoint.project.programs.settings import program_command, program_inputs, program_settings
+from toolpoint.project.recorded_tests import find_files, find_records, refuse_repeated_files
 
 TRIED_FILE = "tried.yaml"
 CHOICES_FOLDER = "choices"  # of poles that a person chose: a file a test, of its name
 # Versions of what the steps compute: raised where results change.
-STEP_VERSIONS = {"responses": 3, "modes": 5, "joints": 6, "drift": 1, "update": 4, "machine": 1, "tip": 2, "tried": 7,
+STEP_VERSIONS = {"responses": 4, "modes": 5, "joints": 7, "drift": 2, "update": 4, "machine": 1, "tip": 2, "tried": 7,
                  "limits": 13, "changes": 4, "next": 2, "contour": 2, "program": 5}
 
 
@@ -56,6 +55,7 @@ class _ChainBuilder:
 
     def steps(self) -> list[ProjectStep]:
         """Return the steps in the order of their making."""
+        refuse_repeated_files(self.root, self.project.tests)
         modes = {name: path for name, test in self.project.tests.items() if (path := self._modes_of(name, test))}
         machine = self._machine(modes)
         tip = self._tip()
@@ -118,25 +118,11 @@ class _ChainBuilder:
 
     def _record_inputs(self, name: str, test: ProjectTest) -> dict[str, Any]:
         """Return the inputs of a hammer test: its records, and the test file that names them."""
-        if test.test is None:
-            return {"records": self._files(f"tests.{name}.records", test.records)}
-        description = io.read_kind(self.root / test.test, "test")[1]
-        folder = Path(test.test).parent
-        patterns = tuple((folder / text).as_posix() for part in description.records for text in part.files)
-        return {"test": test.test, "records": self._files(f"tests.{name}.test", patterns)}
+        return {**({"test": test.test} if test.test else {}), "records": find_records(self.root, name, test)}
 
     def _files(self, key: str, patterns: tuple[str, ...]) -> tuple[str, ...]:
         """Return the files of names and patterns, relative to the project, sorted within each."""
-        files: list[str] = []
-        for pattern in patterns:
-            if not set(pattern) & set("*?["):
-                files.append(pattern)
-                continue
-            matches = sorted(glob.glob(pattern, root_dir=self.root))
-            if not matches:
-                raise ToolpointError(f"{key}: no file fits {pattern!r} in {self.root}; check the pattern and the folder")
-            files += [Path(match).as_posix() for match in matches]
-        return tuple(dict.fromkeys(files))
+        return find_files(self.root, key, patterns)
 
     def _machine(self, modes: Mapping[str, str]) -> str | None:
         """Add the steps to a machine file; return its place, None where the parts give none."""

@@ -13,14 +13,17 @@ from toolpoint import io
 from toolpoint._check import ToolpointError, fail, one_of
 from toolpoint._doubt import Doubt
 from toolpoint.io.suffixes import YAML
+from toolpoint.machine.description.project_plan import ProjectTest
 from toolpoint.project.engine.content import file_digest
 from toolpoint.project.engine.drafts import write_whole
 from toolpoint.project.folder import PROJECT_FILE
+from toolpoint.project.recorded_tests import find_records
+from toolpoint.project.records_draft import RECORDS_FOLDER, RecordsDraft, draft_test, files_of
 
 # Kind of a file, the folder where it belongs, and what it is in words.
 FILE_KINDS = {
     "test": ("records", "test file of a hammer test: what its channels measure"),
-    "records": ("records", "records in time; those that are no universal files need a test file"),
+    "records": (RECORDS_FOLDER, "records in time; those that are no universal files need their channels said"),
     "responses": ("responses", "frequency responses"),
     "modes": ("responses", "modes"),
     "geometry": ("", "places of the measured points"),
@@ -97,8 +100,18 @@ def _kind_of(file: Path) -> tuple[str, bool]:
     if suffix in _UNIVERSAL_SUFFIXES:
         return _universal_kind(beginning)
     if suffix in (".h5", ".hdf5", ".mat", ".npz", ".npy"):
-        return ("modes" if "mode" in file.stem.lower() else "responses"), False
+        return _arrays_kind(file)
     return _table_kind(beginning.decode("utf-8", "replace"))
+
+
+def _arrays_kind(file: Path) -> tuple[str, bool]:
+    """Return what a file of arrays holds: records where it has a time or a sample rate, else modes or responses by its name."""
+    try:
+        if io.hold_records([file]):
+            return "records", True
+    except (ToolpointError, OSError):
+        pass  # what cannot be read is told by the step that reads it
+    return ("modes" if "mode" in file.stem.lower() else "responses"), False
 
 
 def _universal_kind(beginning: bytes) -> tuple[str, bool]:
@@ -165,9 +178,11 @@ def add_files(folder: str | Path, files: Sequence[str | Path], kinds: Mapping[st
         _place(file, target, move=move)
         placed.append((kind, target.relative_to(root).as_posix()))
     parts = _parts_of(placed)
-    doubts += _question_entries(root, parts)
+    parts, merged = _merge_tests(root, parts)
+    doubts += [*_question_entries(root, parts), *merged]
     for place, value in parts:
         add_part(root, place, value)
+    doubts += _question_records(root, placed)
     return EnteredFiles(tuple(place for _, place in placed), tuple(parts), tuple(doubts))
 
 
@@ -191,6 +206,15 @@ def _question_file(file: Path, kind: str) -> list[Doubt]:
     return []
 
 
+def _question_records(root: Path, placed: Sequence[tuple[str, str]]) -> list[Doubt]:
+    """Return a doubt about records that no test names, with the entry that their names and columns propose."""
+    draft = draft_test(root) if any(kind == "records" for kind, _ in placed) else None
+    if draft is None:
+        return []
+    return [Doubt(", ".join(draft.records), "belong to no test yet: they do not say what their channels measure",
+                  f"say it: toolpoint add {root} --part 'tests.{draft.name}: {draft.value}'")]
+
+
 def _question_entries(root: Path, parts: Sequence[tuple[str, str]]) -> list[Doubt]:
     """Return a doubt about every file that project.yaml named so far in the place of a new one."""
     described = io.read_project(root / PROJECT_FILE)
@@ -201,6 +225,35 @@ def _question_entries(root: Path, parts: Sequence[tuple[str, str]]) -> list[Doub
             doubts.append(Doubt(place, f"{named} was entered before, {value} takes its place",
                                 f"enter {place}: {named} again to go back, its file stays"))
     return doubts
+
+
+def _merge_tests(root: Path, parts: Sequence[tuple[str, str]]) -> tuple[list[tuple[str, str]], list[Doubt]]:
+    """Return the parts without a second test of the same records: a test file takes the place of records entered before it."""
+    tests = io.read_project(root / PROJECT_FILE).tests
+    named = set().union(*(_records_of(root, test) for test in tests.values() if test.test))
+    earlier = {name: records for name, test in tests.items() if test == ProjectTest(records=test.records)
+               and (records := _records_of(root, test))}
+    kept, doubts = list[tuple[str, str]](), list[Doubt]()
+    for place, value in parts:
+        is_records = value.startswith("{records: ")
+        if is_records and set(value.removeprefix("{records: [").removesuffix("]}").split(", ")) <= named:
+            continue
+        file = value.removeprefix("{test: ").removesuffix("}") if value.startswith("{test: ") else ""
+        files = _records_of(root, ProjectTest(test=file)) if file else set[str]()
+        name = next((name for name, records in earlier.items() if records <= files), "")
+        if name:
+            doubts.append(Doubt(f"tests.{name}", f"its records were entered before {file}, which names them: the test file "
+                                "takes their place, they are one test", "look at what it says of their channels"))
+        kept.append((f"tests.{name}" if name else place, value))
+    return kept, doubts
+
+
+def _records_of(root: Path, test: ProjectTest) -> set[str]:
+    """Return the records of a test; none where its file or pattern cannot be read, which its run says."""
+    try:
+        return set(find_records(root, "", test))
+    except (ToolpointError, OSError):
+        return set()
 
 
 def _place(file: Path, target: Path, *, move: bool) -> None:
@@ -236,6 +289,30 @@ def _parts_of(placed: Sequence[tuple[str, str]]) -> list[tuple[str, str]]:
 
 def _stem(place: str) -> str:
     return re.sub(r"[^\w -]+", " ", Path(place).stem).strip() or "structure"
+
+
+def enter_test(folder: str | Path, draft: RecordsDraft) -> str:
+    """Enter a test of records in project.yaml, and return its entry; all its records are read before.
+
+    Raises ToolpointError, and writes nothing, where a record, a channel or the pattern has a fault.
+
+    >>> import tempfile
+    >>> from toolpoint.project import write_folder
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     root = write_folder(Path(folder, "mill")).parent
+    ...     _ = (root / "records/blows.csv").write_text("time [s],hammer [N],acc [m/s^2]\\n0,0,0\\n0.001,5,2\\n")
+    ...     enter_test(root, draft_test(root))
+    'tests.structure: {records: ["records/blows.csv"], channels: ["1=force 1:+x", "2=acceleration 1:+x"]}'
+    """
+    root = Path(folder)
+    files = [file for text in draft.records for file in files_of(root, text)]
+    outside = [file for file in files if not file.resolve().is_relative_to(root.resolve())]
+    if outside or not files:
+        fail("records", ", ".join(draft.records) or "none", "must be files in the project's folder",
+             remedy="hand them over first")
+    io.read_described_records(files, draft.channels, struck=draft.struck or None, pattern=draft.pattern or None)
+    add_part(root, f"tests.{draft.name}", draft.value)
+    return f"tests.{draft.name}: {draft.value}"
 
 
 def add_part(folder: str | Path, place: str, value: str) -> tuple[str, ...]:

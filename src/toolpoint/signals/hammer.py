@@ -25,6 +25,7 @@ MIN_PULSE_NOISE_RATIO = 6.0  # of the force over its noise, in samples of the pu
 TRIMMED_FRACTION = 0.02  # of the samples, at either end of their values, that may be ringing or a bounce
 MAX_WINDOW_HITS = 5  # the strongest, whose ring-down decides the window
 MAX_LISTED_HITS = 12  # whose reasons an error lists
+ONE_HIT = "one hit only"  # what a doubt about a set-up of one usable hit is about
 CIRCLE_PROBABILITY = 0.95  # of the circles about responses
 RESPONSE_QUANTITIES = {"displacement": "receptance", "velocity": "mobility", "acceleration": "accelerance"}
 
@@ -362,7 +363,7 @@ def _result_notes(frequency: FloatArray, level: FloatArray, used: int, decay: fl
     """Return the notes on few hits, the band of the force and the exponential window."""
     notes: list[str] = []
     if used == 1:
-        notes.append(Doubt("one hit only", "no coherence and no variance", "strike at least three times"))
+        notes.append(Doubt(ONE_HIT, "no coherence and no variance", "strike at least three times"))
         warnings.warn(notes[-1], ToolpointWarning, stacklevel=3)
     weak_lines = np.flatnonzero(level < 0.1 * level.max())
     if weak_lines.size and frequency[weak_lines[0]] < frequency[-1]:

@@ -13,8 +13,10 @@ from toolpoint.vibration.record import Record
 MAX_SWING = 0.5  # force against the sense of the pulse, over its peak
 MIN_LONG_PULSE = 6  # samples above half of the peak, from which a rise within the pulse is a second blow
 MIN_CLIPPING_STEPS = 1000.0  # of the samples in a jump, from which two samples are not equal by chance
-MIN_CLIPPING_JUMP = 0.02  # of the peak: a larger jump into a flat top is no rounding
-MAX_SMOOTH_STEPS = 4.0  # of the samples, between a smooth top and its neighbours
+MAX_SMOOTH_STEPS = 4.0  # of the samples, from three equal ones at a smooth top to their neighbours: a parabola's
+MIN_CLIPPING_JUMP = 0.02  # of the peak: a larger jump into a flat top is no rounding, where numbers lie on no grid
+MIN_LARGE_LEVELS = 20  # above half of the peak, whose differences then tell the steps of numbers of so many digits
+MIN_GRID_LEVELS, GRID_TOLERANCE = 4, 0.05  # levels on a grid, and how far from it, of its step: fewer lie on one by chance
 MAX_PULSE_FRACTION = 0.05  # of the record, above a quarter of the peak
 MIN_PRETRIGGER_SAMPLES = 8  # before the peak, from which offset and quiet are computed
 CUT_FRONT = "the record begins within the pulse: its front is missing (set a longer pretrigger in the acquisition)"
@@ -224,8 +226,9 @@ def second_peak(force: FloatArray, peak: int, pulse: int) -> float:
 def is_clipped(values: FloatArray, full_scale: float | None = None) -> bool:
     """Whether a channel has a flat top: equal samples at its largest value, after a steep rise.
 
-    Coarsely stored signals have equal samples at a smooth top as well; there the samples beside them are a step away. Two equal
-    samples are enough where the steps of the samples are so fine that chance does not make them equal.
+    Coarsely stored signals have equal samples at a smooth top as well. A parabola that stays within a step over three samples
+    has fallen by four at the next: a larger jump is clipping. Two equal samples are enough where the steps of the samples are
+    so fine that chance does not make them equal.
     """
     magnitude = np.abs(values)
     largest = float(magnitude.max())
@@ -234,13 +237,28 @@ def is_clipped(values: FloatArray, full_scale: float | None = None) -> bool:
     is_largest = magnitude >= largest * (1 - 1e-9)
     if largest == 0 or is_largest.sum() < 2:
         return False
-    steps = np.diff(np.unique(magnitude))
-    step = float(steps[steps > 1e-12 * largest].min(initial=largest))
+    step, is_grid = _step_at_top(magnitude, largest)
     edges = np.flatnonzero(is_largest[1:] != is_largest[:-1])
     jump = float(np.abs(magnitude[edges + 1] - magnitude[edges]).max()) if edges.size else largest
     if (is_largest[2:] & is_largest[1:-1] & is_largest[:-2]).any():
-        return jump > min(MAX_SMOOTH_STEPS * step, MIN_CLIPPING_JUMP * largest)
+        # Numbers on no grid are not rounded, or so few that their steps are not known.
+        return jump > (MAX_SMOOTH_STEPS + GRID_TOLERANCE) * step or (not is_grid and jump > MIN_CLIPPING_JUMP * largest)
     return jump > MIN_CLIPPING_STEPS * step
+
+
+def _step_at_top(magnitude: FloatArray, largest: float) -> tuple[float, bool]:
+    """Return the step between neighbouring numbers at the largest sample, and whether all are multiples of it apart.
+
+    Text with so many digits is coarser at the top than below.
+    """
+    levels = np.unique(magnitude)
+    large_levels = levels[levels > 0.5 * largest]
+    levels = large_levels if large_levels.size >= MIN_LARGE_LEVELS else levels
+    steps = np.diff(levels)
+    step = float(steps[steps > 1e-12 * largest].min(initial=largest))
+    multiples = (levels - levels[0]) / step
+    is_grid = levels.size >= MIN_GRID_LEVELS and float(np.abs(multiples - np.round(multiples)).max()) < GRID_TOLERANCE
+    return step, is_grid
 
 
 def _response_reason(values: FloatArray, peak: int, rules: HitRules, final: float) -> str:

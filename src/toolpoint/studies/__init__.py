@@ -25,9 +25,9 @@ if TYPE_CHECKING:
     from toolpoint.studies.cuts.simulated_cut import simulate_cut
     from toolpoint.studies.cuts.tool_coupling import bases_from_gauge, bases_of_responses, study_tool
     from toolpoint.studies.cuts.tool_dynamics import machine_dynamics, modal_dynamics, response_dynamics, separate_dynamics
-    from toolpoint.studies.cuts.turning.study import TurningCut, chart_turning
+    from toolpoint.studies.cuts.turning.study import TurningCut, chart_turning, describe_turning
     from toolpoint.studies.cuts.uncertain_cut import Uncertainty, propose_speeds
-    from toolpoint.studies.cuts.work_dynamics import with_work
+    from toolpoint.studies.cuts.work_dynamics import machine_work, with_work
     from toolpoint.studies.drift.drift_study import study_drift
     from toolpoint.studies.drift.mode_changes import Repeatability
     from toolpoint.studies.environment import core_count, examine_environment
@@ -184,6 +184,7 @@ __all__ = [
     "describe_machining",
     "describe_part",
     "describe_shaker",
+    "describe_turning",
     "draw_conclusions",
     "examine_environment",
     "film_machine",
@@ -201,6 +202,7 @@ __all__ = [
     "list_points",
     "listen",
     "machine_dynamics",
+    "machine_work",
     "magnify_motion",
     "map_chatter",
     "map_frequencies",
@@ -308,9 +310,9 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "cuts.simulated_cut": ("simulate_cut",),
     "cuts.coupling.machine_spindle": ("bases_of_machine",),
     "cuts.tool_coupling": ("bases_from_gauge", "bases_of_responses", "study_tool"),
-    "cuts.work_dynamics": ("with_work",),
+    "cuts.work_dynamics": ("machine_work", "with_work"),
     "cuts.tool_dynamics": ("machine_dynamics", "modal_dynamics", "response_dynamics", "separate_dynamics"),
-    "cuts.turning.study": ("TurningCut", "chart_turning"),
+    "cuts.turning.study": ("TurningCut", "chart_turning", "describe_turning"),
     "cuts.uncertain_cut": ("Uncertainty", "propose_speeds"),
     "drift.drift_study": ("study_drift",),
     "drift.mode_changes": ("Repeatability",),
@@ -387,12 +389,9 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "servos.step_test": ("StepSetting", "step_drives"),
     "servos.drive_tuning": ("TuningTarget", "tune_drives"),
     "testing.shaker_stand": ("describe_shaker", "stand_shaker"),
-    "testing.modal_test_plan": ("plan_test",),
-    "testing.tap_study": ("study_tap",),
-    "video.filmed_machine": ("magnify_motion", "study_videos"),
-    "video.interfaces": ("rank_interfaces",),
-    "video.record_poles": ("poles_of",),
-    "video.video_study": ("study_video",),
+    "testing.modal_test_plan": ("plan_test",), "testing.tap_study": ("study_tap",),
+    "video.filmed_machine": ("magnify_motion", "study_videos"), "video.interfaces": ("rank_interfaces",),
+    "video.record_poles": ("poles_of",), "video.video_study": ("study_video",),
     "video.video_update": ("seen_places", "update_from_videos"),
     "video.virtual_update": ("FILMED_TRUTH", "update_from_virtual_videos"),
     "video.virtual_video": ("film_machine",),

@@ -97,6 +97,10 @@ class SecondOrderSystem(NotebookText):
         outputs = self.outputs or tuple(Dof(i + 1, "+x") for i in range(output_map.shape[-2]))
         inputs = self.inputs or (outputs if self.input_map is None else
                                  tuple(Dof(i + 1, "+x") for i in range(input_map.shape[-1])))
+        if self.output_map is None and self.outputs and len(self.outputs) != n:
+            fail("SecondOrderSystem.outputs", f"{len(self.outputs)} labels for {n} coordinates", "must be one label for each",
+                 remedy=f"give output_map of shape ({len(self.outputs)}, {n}): which coordinates each output sees; with inputs "
+                        "at the same places input_map may be left out")
         put(self, "output_map", output_map)
         put(self, "input_map", input_map)
         put(self, "outputs", check_labels("SecondOrderSystem.outputs", outputs, output_map.shape[-2]))

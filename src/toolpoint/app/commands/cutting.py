@@ -18,7 +18,7 @@ from toolpoint.app.options import Axes, Depth, Files, Folder, MachineFile, Pose,
 from toolpoint.app.values import Angles, Direction, LengthRange, Lines, NewFile, Numbers, SourceFile, SpindleSpeeds
 from toolpoint.cutting.description import PARAMETERS, check_cut
 from toolpoint.io.quantities.written import read_shares, read_tried_cut
-from toolpoint.project.limits.line_draws import read_tip_file
+from toolpoint.project.limits.line_draws import read_work_file
 
 if TYPE_CHECKING:
     from toolpoint.substructuring import PlaneReceptance, SpindleReceptance
@@ -65,12 +65,15 @@ def lobes(run: Frame, source: Dynamics, cut: CutValues, *, speeds: Speeds = None
 
 @command()
 def turn(run: Frame, source: Dynamics, *,
-         kf: Annotated[float, Help("Cutting coefficient along the thickness of the chip, N/mm^2.", above=0, scale=1e6)],
+         kf: Annotated[float | None, Help("Cutting coefficient along the thickness of the chip, N/mm^2; or --material.",
+                                          above=0, scale=1e6)] = None,
+         material: Annotated[str | None, Help("Coefficients of the literature table (K_n as K_f, and K_t); --kf and --kt take "
+                                              "their place.", metavar="NAME[:SET]")] = None,
          direction: Annotated[Direction | None, Help("Direction in which the chip is thick, from the work into the tool: an "
                                                      "axis, an angle from x towards y, or a vector; x where left out.",
                                                      metavar="x|y|z|30deg|1,0,0.5")] = None,
-         kt: Annotated[float, Help("Coefficient along the cutting speed, N/mm^2; it matters where the structure bends from one "
-                                   "direction into the other.", scale=1e6)] = 0.0,
+         kt: Annotated[float | None, Help("Coefficient along the cutting speed, N/mm^2; it matters where the structure bends "
+                                          "from one direction into the other.", scale=1e6)] = None,
          cutting_direction: Annotated[Direction | None, Help("Way of the work past the edge, for --kt; y where left out.",
                                                              metavar="x|y|z|...")] = None,
          speeds: Annotated[SpindleSpeeds | None, Help("Spindle speeds, rev/min.", metavar="300:6000:400")] = None,
@@ -81,10 +84,11 @@ def turn(run: Frame, source: Dynamics, *,
              "Cutting speed held at every spindle speed, m/min.", scale=1 / 60,
              excludes="--diameter, with which it grows with the spindle speed")] = None) -> None:
     """Stability lobes of a turning cut: stable widths over spindle speed, and the width that is stable at every speed."""
+    cut = studies.describe_turning(kf, kt, material=material, normal=direction, velocity=cutting_direction,
+                                   process_damping=process_damping, cutting_speed=cutting_speed, diameter=diameter)
     dynamics = source.read()
-    cut = studies.TurningCut(kf, kt, direction, cutting_direction, process_damping, cutting_speed, diameter)
     result = studies.chart_turning(dynamics, cut, speeds).noted(run.warnings)
-    run.present(pages.turning_page, result, notes=result.chart.notes)
+    run.present(pages.turning_page, result, notes=result.chart.notes, has_answer=False)
 
 
 @command(page=False)
@@ -112,8 +116,8 @@ def map_chatter(run: Frame, machine: MachineFile, axes: Axes, *, feed_directions
         "Angles of the feed from x towards y, degrees; that of the cut where left out.", metavar="0,45,90|0:135:4")] = None,
                 cut: CutValues, speeds: Annotated[SpindleSpeeds | None, Help(
                     "Spindle speeds, rev/min; 60 of the cut's where left out.", metavar="3000:20000:60")] = None,
-                work: Annotated[SourceFile | None, Help("Modes of a work that gives way too, along the tool's x and y (HDF5, "
-                                                        "universal).")] = None,
+                work: Annotated[SourceFile | None, Help("Work that gives way too, along the tool's x and y: its modes (HDF5, "
+                                                        "universal), or a machine file whose tool is the place cut.")] = None,
                 method: Method = "auto", workers: Workers = 0, folder: Folder = None) -> None:
     """Chatter limits over a grid of axis positions and feed directions: where in the workspace a cut may be how deep.
 
@@ -125,7 +129,7 @@ def map_chatter(run: Frame, machine: MachineFile, axes: Axes, *, feed_directions
     described, notes = studies.cut_on(built, cut)
     result = studies.map_chatter(built, positions, described, speeds=speeds, feed_angles=feed_directions,
                                  method=cutting.stability.method_named(method, "`method`"), folder=folder,
-                                 work=None if work is None else read_tip_file(work),
+                                 work=None if work is None else read_work_file(work),
                                  engine=studies.choose_engine(workers), progress=run.progress("poses", folder))
     notes += [*result.notes, *run.warnings]
     run.present(pages.chatter_map_page, result, built, notes, notes=notes)

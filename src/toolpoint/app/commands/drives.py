@@ -89,7 +89,8 @@ def drive(run: Frame, drives: Annotated[SourceFile, Argument()], *,
                                     remarks=remarks, progress=run.step)
     # The page has the notes of the result by itself; the terminal prints them before the warnings.
     warned, run.warnings[:0] = list(run.warnings), experiment.notes
-    run.present(pages.drive_page, experiment, source_text=drives.read_text(encoding="utf-8-sig"), warnings=warned)
+    run.present(pages.drive_page, experiment, source_text=drives.read_text(encoding="utf-8-sig"), warnings=warned,
+                has_answer=False)
 
 
 def _show_loops(run: Frame, description: DriveDescription) -> None:

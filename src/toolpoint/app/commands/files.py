@@ -21,16 +21,20 @@ from toolpoint.app.values import AnyPath, SourceFile
 NEXT_COMMANDS = {"machine": ("check {0}", "report {0}", "map {0} --axis ..."),
                  "servo": ("check {0}", "drive {0} --circle 50,4000"),
                  "components": ("check {0}", "joints test.uff --geometry test.uff --components {0}"),
-                 "cut": ("lobes --materials",), "test": ("check {0}", "frf {0}"), "project": ("run {0}",)}
+                 "cut": ("lobes --materials",), "test": ("check {0}", "frf {0}"),
+                 "shaft": ("check {0}", "rcsa {0} --frf gauge.uff --gauge GAUGE.yaml"), "plan": ("check {0}", "screen {0}"),
+                 "project": ("run {0}",)}
 
 
 @command(page=False, json=False)
-def new(run: Frame, kind: Annotated[Literal["machine", "servo", "components", "cut", "test", "project"], Argument()],
+def new(run: Frame, kind: Annotated[Literal["machine", "servo", "components", "cut", "test", "shaft", "plan", "project"],
+                              Argument()],
         file: Annotated[AnyPath | None, Argument()] = None, *,
         template: Annotated[str, Help("Which machine: three-axis-vertical, three-axis-horizontal, boring-mill, trunnion, "
                                       "gantry, lathe, grinder, parallel-head, robot.", metavar="NAME")] = "",
         listed: Annotated[bool, Help("Show the templates of KIND.", name="--list")] = False) -> None:
-    """A commented file to begin with: a machine, a hammer test, its components, a servo, a cut; or the folder of a project.
+    """A commented file to begin with: a machine, a hammer test, its components, a servo, a cut, a tool from its drawing
+    (shaft), a plan of changes; or the folder of a project.
 
     FILE is KIND.yaml where left out, of a project the folder (my_project); what is there is never overwritten.
     """

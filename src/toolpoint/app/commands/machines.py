@@ -59,7 +59,8 @@ def modes(run: Frame, machine: MachineFile, *, pose: Pose = None, count: Count =
                                                  name="--matrices", metavar="K,M")] = None,
           units: Annotated[Literal["m-kg-s", "mm-t-s"], Help("Of the matrices: newtons a metre and kilograms, or newtons a "
                                                              "millimetre and tonnes.")] = "m-kg-s") -> None:
-    """Natural frequencies of a machine file at a pose, or of stiffness and mass matrices (.full, .op4, .pch, .mtx, .hb)."""
+    """Natural frequencies of a machine file at a pose, or of stiffness and mass matrices (.full, .op4, .pch, .mtx, .hb,
+    .mat, .npz)."""
     if mass is not None or machine.suffix.lower() in MATRICES:
         if pose or full_mesh:
             option = "--pose" if pose else "--full-mesh"
@@ -120,4 +121,4 @@ def campbell(run: Frame, machine: MachineFile, *,
     """Natural frequencies of a machine with spinning bodies over the spindle speed, whirl and critical speeds."""
     built = io.read_machine_at(machine, pose)
     run.step("modes at every speed")
-    run.present(pages.campbell_page, studies.map_speeds(built, speeds, count, pose=pose, orders=orders))
+    run.present(pages.campbell_page, studies.map_speeds(built, speeds, count, pose=pose, orders=orders), has_answer=False)

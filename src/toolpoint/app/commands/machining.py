@@ -15,7 +15,7 @@ from toolpoint.app.frame import Frame
 from toolpoint.app.options import Folder, Naming
 from toolpoint.app.values import AxisPositions, NewFile, SourceFile
 from toolpoint.io.quantities.written import read_curve, read_numbered_file, read_numbered_length, read_stock
-from toolpoint.project.limits.line_draws import read_tip_file
+from toolpoint.project.limits.line_draws import read_tip_file, read_work_file
 
 if TYPE_CHECKING:
     from toolpoint.machine import Machine
@@ -98,7 +98,7 @@ class YieldingWork:
         if self.work_response and self.work is not None:
             raise ToolpointError("--work-response: given beside --work; must be one of them")
         if self.work_response:
-            return studies.MeasuredWork({line: read_tip_file(path) for line, path in self.work_response})
+            return studies.MeasuredWork({line: read_work_file(path) for line, path in self.work_response})
         if self.work is None:
             return None
         options = {} if self.stage_change is None else {"stage_change": self.stage_change}

@@ -154,7 +154,7 @@ def update(run: Frame, machine: MachineFile, *,
     result = studies.update_machine(built, measured, paths, samples=samples, seed=seed,
                                     what=", ".join(path.name for path in (*modes, *frf)))
     run.write("Machine file", written, io.write_machine, result.machine.description)
-    run.present(pages.update_page, result, run.warnings)
+    run.present(pages.update_page, result, run.warnings, has_answer=False)
 
 
 @command(steps=3)
@@ -180,7 +180,7 @@ def correlate(run: Frame, machine: MachineFile, files: Files, *, geometry: Geome
     named_pairs = {point: model for pair in pairs for point, model in pair.items()}
     result = studies.compare_with_test(built, test, pose=pose, known_pairs=named_pairs, furthest=furthest, earlier=original,
                                        lowest_mac=lowest_mac)
-    run.present(pages.correlation_page, result, run.warnings)
+    run.present(pages.correlation_page, result, run.warnings, has_answer=False)
 
 
 @command(steps=3)

@@ -14,7 +14,7 @@ from toolpoint.app.declare import Argument, Help, Reading, command
 from toolpoint.app.frame import Frame
 from toolpoint.app.options import ArmBranch, Count, Depth, Folder, MachineFile, Pose, Speed, ToolDirection, ToolTurn, Workers
 from toolpoint.app.values import AxisPositions, Length, LengthRange, NewFile, Place, Plane, SourceFile
-from toolpoint.io.quantities.written import read_block
+from toolpoint.io.quantities.written import read_block, read_goal
 
 if TYPE_CHECKING:
     from toolpoint.machine import Machine
@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from toolpoint.studies.accuracy.tool_paths import PathSide
 
 Corners = Annotated[tuple[tuple[float, float], tuple[float, float]], Reading(read_block)]
-GOAL_UNITS = {"depth limit": 1e-3, "position error": 1e-6}  # m a unit that is typed: mm, µm
 
 
 @command(steps=2, replace=True, page_beside_json=False)
@@ -73,7 +72,7 @@ def region(run: Frame, machine: MachineFile, *,
     result = studies.study_region(
         built, studies.place_grid({axis.name: axis.positions for axis in along}, origin), place_quantity,
         length=length, directions=directions, samples=samples, direction=direction, turn=turn, branch=branch, point=point,
-        step=run.step)
+        step=run.step, progress=run.progress("places"))
     run.step("page")
     run.save(pages.place_page, result.map, result.search, machine.stem)
     run.show(result)
@@ -140,7 +139,7 @@ def accuracy(run: Frame, machine: MachineFile, path: MilledPath, *, speed: Speed
     result = studies.mill_path(built, path.sides(), setup, progress=run.progress("thousandths of the path", folder),
                                folder=folder)
     cut = built.description.cutting
-    run.present(pages.accuracy_page, result, 1 if cut is None else cut.tool.teeth, run.warnings)
+    run.present(pages.accuracy_page, result, 1 if cut is None else cut.tool.teeth, run.warnings, has_answer=False)
 
 
 @command(page_beside_json=False)
@@ -151,17 +150,19 @@ def screen(run: Frame, plan: MachineFile, *, workers: Workers = 0,
     planned, built = _read_plan(plan)
     result = studies.run_plan(planned, built, engine=studies.choose_engine(workers, scheduler), folder=folder,
                               progress=run.progress("variants", folder))
-    run.present(pages.screening_page, result, plan.stem, run.warnings)
+    run.present(pages.screening_page, result, plan.stem, run.warnings, has_answer=False)
 
 
 @command(page=False)
 def improve(run: Frame, plan: MachineFile, *,
             answer: Annotated[Literal["response peak", "static compliance", "depth limit", "position error"], Help(
                 "What is to be improved, at the pose of the plan.")],
-            goal: Annotated[float, Help("What it shall become: m/N, or mm for a depth limit, µm for an error.")]) -> None:
+            goal: Annotated[str, Help("What it shall become: a compliance or stiffness with its unit (0.12um/N, 8N/um), mm for "
+                                      "a depth limit, µm for an error.", metavar="0.12um/N|8N/um|2.5|30")]) -> None:
     """The cheapest changes (factors of a plan with their costs) that bring the tool point to a goal, from exact slopes."""
+    value = read_goal(goal, answer)
     planned, built = _read_plan(plan)
-    run.show(studies.improve_by_plan(planned, built, answer, goal=GOAL_UNITS.get(answer, 1.0) * goal))
+    run.show(studies.improve_by_plan(planned, built, answer, goal=value))
 
 
 def _read_plan(plan: Path) -> tuple[ScreeningPlan, Machine]:

@@ -59,7 +59,7 @@ def plan(run: Frame, machine: MachineFile, *, pose: Pose = None,
     run.write("Points", geometry, io.write_points, result.candidates.coordinates, result.points)
     run.write("Test file", test, io.write_planned_test, built.name, result.struck, block=result.block,
               geometry=None if geometry is None else geometry.name)
-    run.present(pages.plan_page, result, run.warnings, notes=result.notes)
+    run.present(pages.plan_page, result, run.warnings, notes=result.notes, has_answer=False)
 
 
 @dataclass(frozen=True)
@@ -170,7 +170,7 @@ def _respond(run: Frame, machine: Path, response: MachineResponse, save: Path | 
     if save is not None and len(result.frfs) > 1:
         run.warnings.append(f"{save.name} holds the first of {len(result.frfs)} described poses alone, "
                             f"{pose_words(built, result.poses[0])}; name another with --pose")
-    run.present(pages.responses_page, result, run.warnings, notes=[*notes, *result.notes])
+    run.present(pages.responses_page, result, run.warnings, notes=[*notes, *result.notes], has_answer=False)
 
 
 def _write_state_space(run: Frame, machine: Machine, response: MachineResponse) -> tuple[str, ...]:

@@ -12,7 +12,8 @@ from toolpoint.cutting.cut.problem import MillingProblem
 def modal_plane(plane: PlaneDynamics) -> PlaneDynamics:
     """Return the plane as modes alone, which methods that march in time need; refuse a measured FRF."""
     if not plane.is_modal:
-        fail("dynamics", "a measured FRF", "this method needs modes", remedy="identify modes, or use HillDeterminant()")
+        fail("dynamics", "a measured FRF", "this method needs modes",
+             remedy="identify modes, or use HillDeterminant() (--method hill)")
     return plane.with_modal_residual()
 
 

@@ -21,6 +21,23 @@ _METHOD_CLASSES: tuple[type[StabilityMethod], ...] = (
     FullDiscretization, Collocation)
 METHODS: Mapping[str, type[StabilityMethod]] = MappingProxyType({method.name: method for method in _METHOD_CLASSES})
 
+# The field's words for the classes that charts name as their method.
+WORDS_OF_METHODS: Mapping[str, str] = MappingProxyType({
+    "FloquetDeterminant": "the Floquet determinant", "PanelArnoldi": "panels of one period (Arnoldi)",
+    "HillDeterminant": "Hill's determinant", "ZeroOrder": "the zero-order (single-frequency) solution",
+    "MultiFrequency": "the multi-frequency solution", "SemiDiscretization": "semi-discretization",
+    "FullDiscretization": "full discretization", "Collocation": "collocation"})
+
+
+def method_words(method: str) -> str:
+    """Return the method of a chart in words for a reader, its settings behind it.
+
+    >>> method_words("FloquetDeterminant"), method_words("MultiFrequency(harmonics=3)")
+    ('the Floquet determinant', 'the multi-frequency solution (harmonics=3)')
+    """
+    name, bracket, settings = method.partition("(")
+    return WORDS_OF_METHODS.get(name, name) + (f" ({settings}" if bracket else "")
+
 
 def method_named(name: str, argument: str = "method") -> StabilityMethod:
     """Return the method of this name with its own defaults; `argument` is named in the error, which lists all methods.

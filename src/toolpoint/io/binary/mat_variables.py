@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy.sparse import csc_array, issparse
 
 from toolpoint._check import Array, ToolpointError
 from toolpoint.io.binary import reader_process
@@ -49,6 +50,31 @@ def texts(path: str | Path) -> dict[str, tuple[str, ...]]:
         if parts and all(part.dtype.kind == "U" for part in parts):
             lines[name] = tuple(str(line).strip() for part in parts for line in part.reshape(-1))
     return lines
+
+
+@door("MATLAB file")
+def square_matrices(path: str | Path) -> dict[str, csc_array]:
+    """Return all square matrices of a file by name, full and sparse ones; those of one row are numbers and left out."""
+    path = Path(path)
+    matrices: dict[str, Any] = {}
+    if not _is_version_73(path):
+        for name, value in reader_process.load(path, "mat").items():
+            if issparse(value) or (isinstance(value, np.ndarray) and value.dtype.kind in "fiuc"):
+                matrices[name] = value
+    else:
+        tree = reader_process.load(path, "hdf5")
+        for name, (attributes, value) in tree.items():
+            if "MATLAB_sparse" in attributes:
+                parts: list[Any] = [np.asarray(tree[f"{name}/{part}"][1]) if f"{name}/{part}" in tree else np.zeros(0)
+                         for part in ("data", "ir", "jc")]
+                rows = int(attributes["MATLAB_sparse"])
+                entries = parts[0]["real"] + 1j * parts[0]["imag"] if parts[0].dtype.names else parts[0]
+                matrices[name] = csc_array((entries, *(part.astype(int) for part in parts[1:])),
+                                           shape=(rows, parts[2].size - 1))
+            elif isinstance(value, np.ndarray) and value.dtype.kind in "fiu" and "/" not in name:
+                matrices[name] = value.T  # MATLAB counts columns first
+    return {name: csc_array(matrix) for name, matrix in matrices.items()
+            if matrix.ndim == 2 and matrix.shape[0] == matrix.shape[1] > 1}
 
 
 def _is_version_73(path: Path) -> bool:

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy.sparse import csc_array, load_npz
 
 from toolpoint._check import Array, FloatArray, ToolpointError
 from toolpoint.io.binary.mat_columns import are_samples, columns_of, in_hertz, pick_variable
@@ -96,6 +97,18 @@ def read_columns(path: str | Path, named: Mapping[str, str] | None = None) -> Co
     columns = columns_of(path, numbers, dict(named or {}))
     texts = [str(name) for name in arrays["channels"].reshape(-1)] if "channels" in arrays else []
     return replace(columns, names=tuple(texts)) if len(texts) == len(columns.names) else columns
+
+
+@door("NumPy file")
+def square_matrices(path: str | Path) -> dict[str, csc_array]:
+    """Return all square matrices of a file by name; also the one that ``scipy.sparse.save_npz`` has written, by the file's."""
+    path = Path(path)
+    content = _load(path)
+    arrays = content if isinstance(content, dict) else {path.stem: content}
+    if {"format", "shape", "data"} <= arrays.keys():
+        arrays = {path.stem: load_npz(path)}
+    return {name: csc_array(matrix) for name, matrix in arrays.items()
+            if matrix.ndim == 2 and matrix.shape[0] == matrix.shape[1] > 1 and matrix.dtype.kind in "fiuc"}
 
 
 def write_frf(frf: Frf, path: str | Path) -> None:

@@ -10,6 +10,7 @@ from scipy.sparse import coo_array, csc_array, diags_array
 
 from toolpoint._check import ToolpointError
 from toolpoint.bodies.imported import ImportedMatrices
+from toolpoint.io.binary import mat_variables, numpy_arrays
 from toolpoint.io.door import check_regular
 from toolpoint.io.matrices import abaqus_mtx, ansys_full, bulk_model, dmig, harwell_boeing, matrix_market, op4
 from toolpoint.io.matrices.labelled_matrix import LabelledMatrix
@@ -21,7 +22,16 @@ Reader = Callable[[Path], list[LabelledMatrix]]
 _BY_SUFFIX: dict[str, Reader] = {
     ".full": ansys_full.read, ".op4": op4.read, ".pch": dmig.read, ".bdf": dmig.read, ".dat": dmig.read, ".nas": dmig.read,
     ".hb": harwell_boeing.read, ".rsa": harwell_boeing.read, ".rua": harwell_boeing.read, ".psa": harwell_boeing.read,
-    ".mm": matrix_market.read}
+    ".mm": matrix_market.read,
+    ".mat": lambda path: _of_arrays(path, mat_variables.square_matrices(path)),
+    **dict.fromkeys((".npz", ".npy"), lambda path: _of_arrays(path, numpy_arrays.square_matrices(path)))}
+
+
+def _of_arrays(path: Path, matrices: dict[str, csc_array]) -> list[LabelledMatrix]:
+    """Return the square arrays of a file, without labels."""
+    if not matrices:
+        raise ToolpointError(f"{path}: holds no square matrix; must hold stiffness and mass, such as K and M")
+    return [LabelledMatrix(name, matrix) for name, matrix in matrices.items()]
 
 
 def read_labelled(path: str | Path) -> list[LabelledMatrix]:
@@ -74,7 +84,12 @@ def read_matrices(
     m = _chosen(mass or stiffness, second, names[1] if names else None, ("M",))
     if m is k:
         raise ToolpointError(f"{stiffness}: holds {k.name} alone; must hold mass too (or give the mass as a second file)")
+    unused = [matrix.name for matrix in first if matrix not in (k, m)] if mass is None else []
     k, m, notes = _matched(stiffness, k, m)
+    if unused:
+        verb = "is" if len(unused) == 1 else "are"
+        notes = (*notes, f"{', '.join(unused)} of the file {verb} not used: stiffness is {k.name}, mass {m.name}, and the "
+                         "modes are undamped")
     rows = k.rows or _numbered(k.matrix.shape[0])
     (stiff, stiffness_loss), (heavy, imaginary) = _real_part(k.matrix), _real_part(m.matrix)
     if imaginary:

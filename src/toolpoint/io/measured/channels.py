@@ -171,6 +171,16 @@ def _channel(path: Path, name: str, unit: str, described: ChannelDescription | N
     return _Channel(name, quantity, dof, scale)
 
 
+def guess_quantity(name: str, unit: str) -> str | None:
+    """Return what a channel measures by its unit, else by its name; None where neither says it.
+
+    >>> guess_quantity("Hammer", "V"), guess_quantity("data 1", "")
+    ('force', None)
+    """
+    by_unit, _ = QUANTITY_BY_UNIT.get(unit.strip().lower(), (None, 1.0))
+    return by_unit or _by_name(name)
+
+
 def _by_name(name: str) -> str | None:
     return next((quantity for quantity, words in _WORDS.items() if re.search(words, name, re.IGNORECASE)), None)
 

@@ -7,6 +7,7 @@ where its numbers cannot be.
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import NamedTuple, TypeVar
@@ -18,6 +19,7 @@ from toolpoint.io.quantities import units
 
 Value = TypeVar("Value")
 Vector = tuple[float, float, float]
+BARE_GOAL_UNITS = {"depth limit": "mm", "position error": "um"}  # unit of a goal that is typed without one, by answer
 MAX_TYPED_SPEED, MAX_TYPED_FREQUENCY, MAX_TYPED_LINES = 1e6, 1e7, 100_000  # rev/min, Hz
 
 
@@ -306,6 +308,45 @@ def read_shares(text: str, names: Sequence[str]) -> dict[str, float]:
     if min(shares.values(), default=0.0) < 0:
         raise ValueError
     return shares
+
+
+def read_goal(text: str, answer: str) -> float:
+    """Return the goal of an answer of `studies.improve_by_plan`, SI, of a text as a person types it.
+
+    A response peak or a static compliance needs its unit: ``0.12um/N``, or the stiffness that it belongs to, ``8N/um``. A depth
+    limit is in mm and a position error in µm where no unit stands there.
+
+    >>> read_goal("8 N/um", "static compliance") == 1 / 8e6
+    True
+    >>> round(read_goal("2.5", "depth limit"), 6)
+    0.0025
+    """
+    word = text.strip()
+    is_bare = re.fullmatch(r"[-+.\deE]+", word) is not None
+    if answer in BARE_GOAL_UNITS:
+        value = _quantity(word + BARE_GOAL_UNITS[answer] if is_bare else word, units.LENGTH)
+    elif is_bare:
+        raise ToolpointError(f"{word!r}: of which unit? Write a compliance, for example 0.12um/N, or the stiffness that it "
+                             "belongs to, 8N/um")
+    else:
+        value = _read_compliance(word)
+    if not value > 0:
+        raise ToolpointError(f"{word!r}: must be above zero")
+    return value
+
+
+def _read_compliance(word: str) -> float:
+    """Return m/N of a compliance or of a stiffness."""
+    try:
+        return units.quantity(word, units.COMPLIANCE)
+    except units.UnitError as error:
+        try:
+            stiffness = units.quantity(word, units.STIFFNESS)
+        except units.UnitError:
+            raise ToolpointError(f"{error}; or a stiffness, for example 8N/um") from None
+        if not stiffness > 0:
+            raise ToolpointError(f"{word!r}: must be above zero") from None
+        return 1 / stiffness
 
 
 def read_two_names(text: str) -> tuple[str, str]:

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any, cast
 
 from pydantic import BaseModel, ValidationError
+from pydantic.fields import FieldInfo
 from ruamel.yaml import YAML
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
 from ruamel.yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
@@ -26,6 +27,7 @@ KEPT_TEXT = 100_000  # longer texts are parsed each time: their trees are not wo
 MOST_PARTS = 50_000  # keys, values and list entries, each counted as often as aliases repeat it
 MAX_NESTING_DEPTH = 100  # brackets in brackets
 _TOO_DEEP = "lists or mappings nested too deeply to be read; a machine file needs five levels"
+MAX_NAMED_PARTS = 3  # that have an unknown key; a key of more says nothing
 MERGE = "<<"
 # Names of files that hold numbers in other formats: their contents are never YAML, whatever their first lines look like.
 MEASURED_SUFFIXES = frozenset({".h5", ".hdf5", ".uff", ".unv", ".mat", ".npz", ".npy", ".wav", ".tdms", ".lvm", ".csv", ".mp4"})
@@ -206,12 +208,7 @@ def _add_fault(model: type[BaseModel], error: Any, key: Key, document: Document)
     where = (*key, *place)
     kind, name = error["type"], place[-1] if place else ""
     if kind == "extra_forbidden":
-        allowed_keys = _keys(model, place[:-1])
-        close_matches = difflib.get_close_matches(str(name), allowed_keys, n=1, cutoff=0.5)
-        hint = f"; did you mean {close_matches[0]!r}?" if close_matches else f"; known: {', '.join(allowed_keys)}"
-        if str(name)[:1].isdigit():
-            hint = "; is there a decimal comma before it? write a decimal point"
-        document.fault(where, f"unknown key {str(name)!r}{hint}")
+        document.fault(where, f"unknown key {str(name)!r}{_unknown_key_hint(model, place)}")
     elif kind == "missing":
         document.fault(where, f"{str(name)!r} is missing")
     elif kind == "quantity":
@@ -223,15 +220,35 @@ def _add_fault(model: type[BaseModel], error: Any, key: Key, document: Document)
         document.fault(where, f"{text} ({meant})" if meant else text)
 
 
-def _keys(model: type[BaseModel], place: Key) -> list[str]:
+def _unknown_key_hint(model: type[BaseModel], place: Key) -> str:
+    """Return what may be meant by an unknown key: a key spelled like it, or the parts beside this one that have it."""
+    name, allowed_keys = str(place[-1]), list(_model_at(model, place[:-1]).model_fields)
+    if name[:1].isdigit():
+        return "; is there a decimal comma before it? write a decimal point"
+    around = _model_at(model, place[:-2]) if len(place) > 1 else model
+    parts = [part for part, field in around.model_fields.items() for held in _models_in(field)
+             if name in held.model_fields and part not in place[-2:-1]]
+    close_matches = difflib.get_close_matches(name, allowed_keys, n=1, cutoff=0.5)
+    if close_matches and not parts:
+        return f"; did you mean {close_matches[0]!r}?"
+    meant = f" ({name} is a key of {' and of '.join(parts)})" if 0 < len(parts) <= MAX_NAMED_PARTS else ""
+    return f"; known: {', '.join(allowed_keys)}{meant}"
+
+
+def _model_at(model: type[BaseModel], place: Key) -> Any:
+    """Return the model of the part at a place in a file."""
     current: Any = model
     for step in place:
         if step not in current.model_fields:
             continue  # a user's own name, or the place in a list: the model is already that of the entries
-        field = current.model_fields[step]
-        value_key = [a for a in [field.annotation, *getattr(field.annotation, "__args__", ())]
-                 if isinstance(a, type) and issubclass(a, BaseModel)]
-        if not value_key:
-            return list(current.model_fields)
-        current = value_key[0]
-    return list(current.model_fields)
+        held = _models_in(current.model_fields[step])
+        if not held:
+            break
+        current = held[0]
+    return current
+
+
+def _models_in(field: FieldInfo) -> list[Any]:
+    """Return the models that a field holds, one or by name."""
+    return [a for a in [field.annotation, *getattr(field.annotation, "__args__", ())]
+            if isinstance(a, type) and issubclass(a, BaseModel)]

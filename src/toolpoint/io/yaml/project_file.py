@@ -146,7 +146,7 @@ def read(path: str | Path) -> ProjectDescription:
     >>> from toolpoint.project import write_folder
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     read(write_folder(Path(folder, "mill"))).name
-    'My mill'
+    'mill'
     """
     document = parse(Path(path))
     document.check_version(FILE_VERSION)

@@ -10,12 +10,11 @@ Source: Huber, Ronchetti, Robust Statistics, 2nd ed., chapter 7.
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 from scipy import stats
 
 from toolpoint._check import BoolArray, FloatArray
+from toolpoint.joint_identification.motion.body_misfit import without_points
 from toolpoint.joint_identification.motion.measured import Component, Point, about
 from toolpoint.joint_identification.motion.rigid_motion import beam_deformations, deformations, rigid_motion
 
@@ -45,11 +44,7 @@ def strangers(part: Component, significance: float = 1e-6, floor: float = 0.03) 
 
 def _others_bend(part: Component, outside: BoolArray, significance: float) -> bool:
     """Whether the component bends without these points too: points of another component leave a rigid one behind."""
-    rows = ~outside[part.owner]
-    owner = (np.cumsum(~outside) - 1)[part.owner[rows]]
-    others = replace(part, points=tuple(point for point, out in zip(part.points, outside) if not out), at=part.at[~outside],
-                   rows=part.rows[rows], places=part.places[rows], ways=part.ways[rows], owner=owner, values=part.values[rows],
-                   variance=None if part.variance is None else part.variance[rows])
+    others = without_points(part, np.flatnonzero(outside).tolist())
     return bool(rigid_motion(others).bends(significance).any())
 
 

@@ -51,9 +51,36 @@ def question_channels(parts: Mapping[str, Component], dofs: Sequence[Dof]) -> li
 
 def _question_points(name: str, part: Component, *, best_channel_misfit: float) -> Doubt | None:
     """Return the doubt on a point all of whose channels have one wrong gain; None where a single channel explains more."""
-    groups = [part.owner == k for k in range(len(part.points))]
-    if min(int(group.sum()) for group in groups) < 2 or len(groups) < MIN_POINTS_OF_GAIN:
+    if not _have_gains(part):
         return None
+    misfit, factors = _misfits_of_points(part)
+    total, misfit = float(misfit[-1]), misfit[:-1]
+    best = int(np.argmin(misfit))
+    factor = float(factors[best])
+    rivals = np.delete(misfit, best)
+    if (total < MIN_MISFIT_RATIO * misfit[best] or abs(factor - 1) < MIN_CHANNEL_DEVIATION or best_channel_misfit < misfit[best]
+            or rivals.min() < RIVAL_MISFIT_RATIO * misfit[best]):
+        return None
+    cause = "struck from the other side, or the sensor turned" if factor < 0 else "another gain, unit or calibration"
+    return Doubt(f"point {part.points[best]}", f"with all its channels multiplied by {factor:.3g}, {name} moves as one body "
+                 f"{total / max(misfit[best], 1e-300):.2g} times better: {cause} while it was measured",
+                 "look at its records and correct them", figure=factor)
+
+
+def channel_misfit_ratio(part: Component) -> float:
+    """Return the misfit of a component over that with the factor of one channel, or of all of one point, fitted."""
+    misfits = [_misfits(part)[0], *([_misfits_of_points(part)[0]] if _have_gains(part) else [])]
+    return max(float(misfit[-1] / max(misfit[:-1].min(), 1e-300)) for misfit in misfits)
+
+
+def _have_gains(part: Component) -> bool:
+    """Whether points can be told to have another gain: enough of them, each with several channels."""
+    return len(part.points) >= MIN_POINTS_OF_GAIN and int(np.bincount(part.owner, minlength=len(part.points)).min()) >= 2
+
+
+def _misfits_of_points(part: Component) -> tuple[FloatArray, FloatArray]:
+    """Return the misfit with one factor on each point's rows fitted (n_points + 1,), the last as measured, and the factors."""
+    groups = [part.owner == k for k in range(len(part.points))]
     slope, power, total = np.zeros(len(groups)), np.zeros(len(groups)), 0.0
     for value, projector in _weighted_modes(part):
         residual = projector @ value
@@ -63,17 +90,7 @@ def _question_points(name: str, part: Component, *, best_channel_misfit: float) 
             slope[k] += float(residual @ spread)
             power[k] += float(spread @ spread)
     change = slope / np.maximum(power, 1e-300)
-    misfit = np.maximum(total - slope * change, 1e-12 * total)
-    best = int(np.argmin(misfit))
-    factor = 1 - float(change[best])
-    rivals = np.delete(misfit, best)
-    if (total < MIN_MISFIT_RATIO * misfit[best] or abs(factor - 1) < MIN_CHANNEL_DEVIATION or best_channel_misfit < misfit[best]
-            or rivals.min() < RIVAL_MISFIT_RATIO * misfit[best]):
-        return None
-    cause = "struck from the other side, or the sensor turned" if factor < 0 else "another gain, unit or calibration"
-    return Doubt(f"point {part.points[best]}", f"with all its channels multiplied by {factor:.3g}, {name} moves as one body "
-                 f"{total / max(misfit[best], 1e-300):.2g} times better: {cause} while it was measured",
-                 "look at its records and correct them", figure=factor)
+    return np.append(np.maximum(total - slope * change, 1e-12 * total), total), 1 - change
 
 
 def _misfits(part: Component) -> tuple[FloatArray, FloatArray]:

@@ -188,18 +188,28 @@ def _projected(matrix: FloatArray, basis: FloatArray) -> FloatArray:
 def motion_map(place: Placement, labels: tuple[Dof, ...]) -> FloatArray:
     """Return the displacement of every labelled point and direction per coordinate, shape (P, n_labels, n).
 
-    A point named ``a-b`` is point a relative to point b, both of the machine.
+    A point named ``a-b`` is point a relative to point b, both of the machine; ``tool`` and ``table`` are what the machine has
+    in these roles, where no point bears the name.
     """
-    named_points = place.machine.description.points
     jacobians: dict[str, FloatArray] = {}
     rows = []
     for label in labels:
         name = str(label.point)
         if name not in jacobians:
-            first_point, dash, second_point = name.partition("-")
-            if name not in named_points and dash and first_point in named_points and second_point in named_points:
-                jacobians[name] = place.point_jacobian(first_point) - place.point_jacobian(second_point)
-            else:
-                jacobians[name] = place.point_jacobian(name)
+            jacobians[name] = _label_jacobian(place, name)
         rows.append(label.unit @ jacobians[name])
     return np.stack(rows, axis=1)
+
+
+def _label_jacobian(place: Placement, name: str) -> FloatArray:
+    """Return the motion of a point, a role or one of them relative to another per coordinate, (P, 6, n)."""
+    description = place.machine.description
+    roles = {"tool": description.tool or "tool", "table": description.table or "table"}
+    names = description.points.keys() | roles.keys()
+    first_point, dash, second_point = name.partition("-")
+    if name in names or not (dash and first_point in names and second_point in names):
+        return place.point_jacobian(name if name in description.points else roles.get(name, name))
+    first, second = (point if point in description.points else roles[point] for point in (first_point, second_point))
+    if second == "table" and description.table is None and "table" not in description.points:
+        return place.point_jacobian(first)  # the ground is the table of a machine that names none
+    return place.point_jacobian(first) - place.point_jacobian(second)

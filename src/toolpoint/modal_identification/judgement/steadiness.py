@@ -131,10 +131,12 @@ def steadiness_remarks(modes: Modes, steadiness: Steadiness, original: Modes) ->
     if vanished.size:
         names = ", ".join(f"{i + 1} ({modes.frequency[i]:.5g} Hz)" for i in vanished[:8]) + (" and more" if vanished.size > 8
                                                                                              else "")
-        lines.append(f"modes {names} vanish, or move by more than their width, when the band is cut by an eighth or a third "
-                     "of the points is left out: they may be the model's and not the structure's (a sensor that is moved "
-                     "shifts the modes of each point: several poles then stand for one mode); identify a narrower band, or "
-                     "hold the mass of the sensor the same at all points")
+        which = (f"mode {names} vanishes, or moves by more than its width," if vanished.size == 1 else
+                 f"modes {names} vanish, or move by more than their width,")
+        lines.append(f"{which} when the band is cut by an eighth or a third of the points is left out: "
+                     f"{'it' if vanished.size == 1 else 'they'} may be the model's and not the structure's (a sensor that is "
+                     "moved shifts the modes of each point: several poles then stand for one mode); identify a narrower band, "
+                     "or hold the mass of the sensor the same at all points")
     groups = _find_crowds(modes)
     if groups:
         names = "; ".join(", ".join(str(i + 1) for i in group) for group in groups)

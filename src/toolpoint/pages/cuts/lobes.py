@@ -10,6 +10,7 @@ from toolpoint._rounding import number_text, text_below
 from toolpoint.cutting import MillingProblem, StabilityChart
 from toolpoint.cutting.advice.best_speed import from_chart
 from toolpoint.cutting.advice.probability import ProbabilityChart
+from toolpoint.cutting.stability.catalogue import method_words
 from toolpoint.cutting.surface.location import location_error, wall_side
 from toolpoint.pages.cuts.cut_words import depth_answers, dynamics_parts, limit_sentence, no_cut_words, problem_words
 from toolpoint.pages.remarks import with_remarks
@@ -71,7 +72,7 @@ def _answer(result: LobesStudy) -> str:
 
 def _rests(result: LobesStudy) -> list[str]:
     """Return the basis of the limits, where nothing else states it."""
-    lines = [f"Method {result.chart.method}; stated errors are those of the computation alone."]
+    lines = [f"Solved by {method_words(result.chart.method)}; stated errors are those of the computation alone."]
     if result.spread is None and result.probability is None:
         lines.append("Dynamics and cutting coefficients are taken as exact: an interval of the limits needs a machine with "
                      "identified numbers, or --probability.")
@@ -86,7 +87,8 @@ def _with_chart(report: Report, result: LobesStudy) -> Report:
     if result.withheld:
         words = f"What the dynamics as they were given would allow: not to be used. {words}"
     points = [] if result.withheld else [(best.speed, best.depth, "best cut, with some margin")]
-    figure = stability_chart([intervals_of(chart), StabilityCurve(chart.speeds, chart.limit, "first limit")],
+    lowest = None if result.lowest is None else (float(result.lowest.speed), float(result.lowest.depth))
+    figure = stability_chart([intervals_of(chart), StabilityCurve(chart.speeds, chart.limit, "first limit", lowest=lowest)],
                              max_depth=depth_top,
                              points=points)
     # Without a best cut any charted speed will do: the field must begin with an answer.

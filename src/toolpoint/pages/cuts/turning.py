@@ -7,6 +7,7 @@ import numpy as np
 from toolpoint._rounding import text_below
 from toolpoint.cutting.advice.best_speed import from_chart
 from toolpoint.cutting.cut.plane import PlaneDynamics
+from toolpoint.cutting.stability.catalogue import method_words
 from toolpoint.pages.cuts.cut_words import depth_answers, dynamics_parts, limit_sentence, no_cut_words, plane_words
 from toolpoint.pages.remarks import with_remarks
 from toolpoint.plot import Chart, Lookup, Report, Table
@@ -53,7 +54,8 @@ def turning_page(result: TurningStudy) -> Report:
         "least real part sets the width that is stable at every speed: b = -1/(2 K_f min Re G).",
         Chart(chip_response(_response(result.problem.plane), lowest_real_part), name="oriented"))
     report = report.with_section("The dynamics it stands on", *dynamics_parts(result.problem.plane))
-    return with_remarks(report, [*chart.notes, f"Method {chart.method}; dynamics and coefficients are taken as exact."])
+    return with_remarks(report, [*chart.notes, f"Solved by {method_words(chart.method)}; dynamics and coefficients are "
+                                                "taken as exact."])
 
 
 def _answer(result: TurningStudy) -> str:

@@ -132,14 +132,15 @@ def _extreme_sentence(grid: Grid, values: FloatArray, quantity_words: str, unit:
     lowest_index, highest_index = (tuple(int(i) for i in np.unravel_index(int(pick(values)), values.shape))
                                    for pick in (np.nanargmin, np.nanargmax))
     worst_index, opposite_index = (highest_index, lowest_index) if worst_is_high else (lowest_index, highest_index)
+    spaced_unit = f" {unit}" if unit else ""
     # Of a map that does not change rounding alone would name a lowest and a highest pose.
     if values[highest_index] - values[lowest_index] <= 1e-6 * abs(values[highest_index]):
-        return f"{quantity_words} is {number_text(float(values[lowest_index]))} {unit} at every pose."
+        return f"{quantity_words} is {number_text(float(values[lowest_index]))}{spaced_unit} at every pose."
     size = with_uncertainty(float(values[worst_index]), None if half_width is None else float(half_width[worst_index]), unit)
     words = "highest" if worst_is_high else "lowest"
     other = "falls to" if worst_is_high else "rises to"
     return (f"{quantity_words} is {words}, {size}{'' if half_width is None else ' (95 %)'}, at {grid.words(worst_index)}; it "
-            f"{other} {number_text(float(values[opposite_index]))} {unit} at {grid.words(opposite_index)}.")
+            f"{other} {number_text(float(values[opposite_index]))}{spaced_unit} at {grid.words(opposite_index)}.")
 
 
 def _map_page(report: Report, title: str, grid: Grid, columns_shown: tuple[FloatArray, Sequence[str], str], *,

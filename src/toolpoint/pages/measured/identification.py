@@ -9,7 +9,7 @@ import numpy as np
 
 from toolpoint._check import FloatArray
 from toolpoint._doubt import doubts_among
-from toolpoint._rounding import with_uncertainty
+from toolpoint._rounding import number_text
 from toolpoint.modal_identification import Identification, Significance, cmif, mean_phase_deviation, mvmif, phase_collinearity
 from toolpoint.pages.measured.data_quality import with_phase_collinearity, with_quality_of_data
 from toolpoint.pages.measured.pole_shapes import pole_shapes
@@ -24,6 +24,7 @@ from toolpoint.plot.shape_view.hulls import drawn_points
 from toolpoint.vibration.geometry import Geometry
 
 _MAX_ANSWER_MODES = 5  # modes in the answer
+_HEADLINE_SHARE = 5e-4  # of a frequency: an interval that is wider takes digits off the headline
 
 
 def identification_page(result: Identification, geometry: Geometry | None = None, names: Sequence[str] = (),
@@ -81,15 +82,18 @@ def answer(result: Identification) -> str:
     certain_modes = [i for i in range(count) if not result.doubtful[i]]
     answer_modes = sorted(result.dominant.tolist() or certain_modes, key=lambda i: float(modes.frequency[i]))
     half_width = modes.frequency_interval if modes.covariance is not None else None
-    parts = [with_uncertainty(float(modes.frequency[i]), None if half_width is None else float(half_width[i]), "Hz")
-             + f" ({100 * float(modes.damping_ratio[i]):.2g} %)" for i in answer_modes[:_MAX_ANSWER_MODES]]
+    # A headline has four digits, or as many as the interval carries; intervals stand in the table.
+    widths = np.zeros(count) if half_width is None else np.asarray(half_width)
+    parts = [f"{number_text(float(modes.frequency[i]), float(width) if width > _HEADLINE_SHARE * modes.frequency[i] else None)}"
+             f" Hz ({100 * float(modes.damping_ratio[i]):.2f} %)" for i in answer_modes[:_MAX_ANSWER_MODES]
+             for width in [widths[i]]]
     words = f"{count} mode{'s' * (count != 1)}"
     if parts:
         verb = "stand out" if len(answer_modes) != 1 else "stands out"
         further_text = f" and {len(answer_modes) - _MAX_ANSWER_MODES} more" if len(answer_modes) > _MAX_ANSWER_MODES else ""
         verb = verb if result.dominant.size else "are not doubtful"
         words += f", of which {len(answer_modes)} {verb}: {', '.join(parts)}{further_text}"
-        words += " (95 % intervals; damping in brackets)" if half_width is not None else " (damping in brackets; no intervals)"
+        words += " (damping in brackets)" if half_width is not None else " (damping in brackets; no intervals)"
     doubtful = int(result.doubtful.sum())
     return words + (f". {doubtful} {'is' if doubtful == 1 else 'are'} doubtful." if doubtful else ".")
 

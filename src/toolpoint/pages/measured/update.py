@@ -66,20 +66,35 @@ def update_page(result: MeasuredUpdate, warnings: Sequence[str] = ()) -> Report:
         "shows up in what moves.", "Standard errors are of the fit's linearisation at the value found.")
 
 
+def spring_unit(path: str) -> str:
+    """Return the SI unit of a joint's stiffness by its path, nothing for another number.
+
+    >>> spring_unit("joints.foot.stiffness.rx"), spring_unit("bodies.bed.mass")
+    ('N m/rad', '')
+    """
+    parts = path.split(".")
+    return ("N m/rad" if parts[-1].startswith("r") else "N/m") if parts[-2:-1] == ["stiffness"] else ""
+
+
 def _relative_change(original: Machine, updated: MachineUpdate, name: str) -> float:
     old, value = original.value(name), updated.machine.value(name)
     return abs(value / old - 1) if old else np.inf
 
 
 def _answer(original: Machine, updated: MachineUpdate) -> str:
-    """Return what moved, most first, by how much and how surely, and what the agreement has become."""
-    changes = []
+    """Return what moved by more than its interval, most first, by how much and how surely, and what the agreement became."""
+    changes, count = [], len(updated.fit.free)
     for name in sorted(updated.fit.free, key=lambda name: -_relative_change(original, updated, name)):
-        old, value, error = original.value(name), updated.machine.value(name), updated.fit.standard_error[name]
+        old, value, half_width = original.value(name), updated.machine.value(name), 1.96 * updated.fit.standard_error[name]
         change = f" ({100 * (value / old - 1):+.2g} %)" if old else ""
-        changes.append(f"{name} to {with_uncertainty(value, 1.96 * error)}{change}")
+        if not abs(value - old) <= half_width:
+            changes.append(f"{name} to {with_uncertainty(value, half_width, spring_unit(name))}{change}")
     change_text = "; ".join(changes[:3]) + (f"; and {len(changes) - 3} more" if len(changes) > 3 else "")
-    words = f"The data move {change_text} (SI, 95 %)" if changes else "The data move no parameter"
+    words = (f"The data move {change_text}, 95 %" if changes else
+             "The data move no parameter by more than its 95 % interval" if count else "The data move no parameter")
+    if changes and count > len(changes):
+        words += (f"; {count - len(changes)} {'others stay' if count - len(changes) > 1 else 'other stays'} within "
+                  f"{'their intervals' if count - len(changes) > 1 else 'its interval'}")
     b, a = updated.before, updated.after
     if a.modes.size:
         words += (f". The largest frequency error falls from {100 * np.abs(b.frequency_error).max():.1f} to "

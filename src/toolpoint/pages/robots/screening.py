@@ -10,6 +10,7 @@ from toolpoint._rounding import with_uncertainty
 from toolpoint.pages.remarks import with_remarks
 from toolpoint.plot import Chart, Notes, Report, Table
 from toolpoint.plot.figures.machines.screening import effect_bars, variant_scatter
+from toolpoint.studies.screening.effects import SHARES
 from toolpoint.studies.screening.metrics import shown_name, shown_unit
 from toolpoint.studies.screening.planned import PlannedScreening
 
@@ -56,6 +57,7 @@ def _answer(result: PlannedScreening) -> str:
     ranking = result.rankings[0]
     best = max(ranking.effects, key=lambda effect: abs(effect.value))
     half = (best.high - best.low) / 2
-    words = with_uncertainty(float(best.value), float(half) if np.isfinite(half) else None)
+    scale, unit = (100, "%") if ranking.what in SHARES else (1, "")
+    words = with_uncertainty(scale * float(best.value), scale * float(half) if np.isfinite(half) else None, unit)
     sure = " (95 %)" if np.isfinite(half) else ", without an interval"
     return f"Of {count} variants, {best.name} moves {ranking.metric} most: {ranking.what} {words}{sure}."

@@ -18,7 +18,7 @@ _UNITS = (
     (re.compile(r"(?<=position )um|(?<=rms )um"), "µm"), (re.compile(_UNIT_CONTEXT + r"us(?![\w.])"), "µs"),
     (re.compile(r"(?<=\d) ?deg(?![\w.])"), "°"), (re.compile(r"(?<=, )deg(?![\w.])|(?<=\()deg(?=[/)])"), "°"),
     (re.compile(r"\+-(?=[ \d])"), "±"), (re.compile(r"(?<=[A-Za-z])\^2(?!\d)"), "²"),
-    (re.compile(r"(?<=[A-Za-z])\^3(?!\d)"), "³"), (re.compile(r"(?<=\d) \.\. (?=[-−\d])"), " … "))
+    (re.compile(r"(?<=[A-Za-z])\^3(?!\d)"), "³"), (re.compile(r"(?<=\d) \.\. (?=[-−+\d])"), " … "))
 
 
 def typeset(text: object) -> str:

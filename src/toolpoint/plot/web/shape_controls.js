@@ -1,6 +1,7 @@
 "use strict";
 // Controls of a shape view: pointer, touch and keys on the canvas, the bar below it, the side panel, axes and legend.
 window.ToolpointControls = (function () {
+  const say = (text) => (window.ToolpointSay ? window.ToolpointSay(text) : text); // a page around it may have words of its own
   const SVG = "http://www.w3.org/2000/svg";
   const make = (...all) => window.ToolpointShapeView.make(...all);
 
@@ -75,12 +76,12 @@ window.ToolpointControls = (function () {
   function bar(view) {
     const play = make("button", { type: "button", class: "tp-play" });
     play.addEventListener("click", () => view.play(!view.playing));
-    const phase = slider("Phase", 0, 360, 1, (v) => view.setPhase(v * Math.PI / 180));
-    const size = slider("Amplitude", 0, 4, 0.05, (v) => view.setAmplitude(v));
+    const phase = slider(say("Phase"), 0, 360, 1, (v) => view.setPhase(v * Math.PI / 180));
+    const size = slider(say("Amplitude"), 0, 4, 0.05, (v) => view.setAmplitude(v));
     view.bar.append(play, phase.node, size.node);
     view.refresh = () => {
       const degrees = Math.round(view.phase * 180 / Math.PI) % 360;
-      const word = view.playing ? "Pause" : "Play";
+      const word = say(view.playing ? "Pause" : "Play");
       if (play.textContent !== word) { play.textContent = word; play.setAttribute("aria-pressed", String(view.playing)); }
       phase.input.value = degrees; phase.value.textContent = degrees + "°";
       size.input.value = view.amplitude; size.value.textContent = "×" + view.amplitude.toFixed(2).replace(/\.?0+$/, "");
@@ -96,29 +97,29 @@ window.ToolpointControls = (function () {
   }
 
   function side(view) {
-    const looks = make("div", { class: "tp-looks", role: "group", "aria-label": "Direction of view" });
+    const looks = make("div", { class: "tp-looks", role: "group", "aria-label": say("Direction of view") });
     for (const [name, angles] of Object.entries(window.ToolpointShapeView.VIEWS)) {
-      const button = make("button", { type: "button", text: name });
+      const button = make("button", { type: "button", text: say(name) });
       button.addEventListener("click", () => home(view, angles));
       looks.append(button);
     }
-    const select = make("select", { "aria-label": "Colour" });
-    ["amplitude", "momentary displacement", "body"].forEach((name, i) => select.append(make("option", { value: i, text: name })));
+    const select = make("select", { "aria-label": say("Colour") });
+    ["amplitude", "momentary displacement", "body"].forEach((name, i) => select.append(make("option", { value: i, text: say(name) })));
     select.addEventListener("change", () => {
       view.colouring = Number(select.value); view.legend.hidden = view.colouring === 2; view.touch();
     });
-    if (view.still) { view.side.append(make("h4", { "aria-level": "3", text: "View" }), looks); return; }
-    view.side.append(make("h4", { "aria-level": "3", text: "View" }), looks,
-      make("label", { class: "tp-select" }, make("span", { text: "Colour" }), select),
-      tick("Undeformed outline", view.ghost, (on) => { view.ghost = on; view.touch(); }));
+    if (view.still) { view.side.append(make("h4", { "aria-level": "3", text: say("View") }), looks); return; }
+    view.side.append(make("h4", { "aria-level": "3", text: say("View") }), looks,
+      make("label", { class: "tp-select" }, make("span", { text: say("Colour") }), select),
+      tick(say("Undeformed outline"), view.ghost, (on) => { view.ghost = on; view.touch(); }));
     const names = [...new Set(view.panes.flatMap((pane) => pane.bodies))];
     if (names.length < 2) return;
-    const list = make("div", { class: "tp-bodies", role: "group", "aria-label": "Bodies shown" });
+    const list = make("div", { class: "tp-bodies", role: "group", "aria-label": say("Bodies shown") });
     for (const name of names) list.append(tick(name, true, (on) => {
       on ? view.hidden.delete(name) : view.hidden.add(name);
       view.panes.forEach((_, k) => view.elements(k)); view.touch();
     }));
-    view.bar.after(make("div", { class: "tp-below" }, make("h4", { "aria-level": "3", text: "Bodies" }), list));
+    view.bar.after(make("div", { class: "tp-below" }, make("h4", { "aria-level": "3", text: say("Bodies") }), list));
   }
 
   function overlays(view) {
@@ -131,11 +132,11 @@ window.ToolpointControls = (function () {
     const ramp = view.data.ramp.map((c) => `rgb(${c.map((v) => Math.round(255 * v)).join(" ")})`);
     const strip = make("i", {});
     strip.style.background = `linear-gradient(to right, ${ramp.join(", ")})`;
-    const ends = view.still ? [view.still[0], view.still[1] + " " + view.still[2]] : ["0", "1 (of the largest motion)"];
+    const ends = view.still ? [view.still[0], view.still[1] + " " + view.still[2]] : ["0", say("1 (of the largest motion)")];
     view.legend = make("div", { class: "tp-legend" }, make("span", { text: ends[0] }), strip, make("span", { text: ends[1] }));
     view.stage.append(view.legend);
     if (view.panes.some((pane) => pane.known.includes(0)))
-      view.legend.append(make("i", { class: "tp-grey" }), make("span", { text: "no data" }));
+      view.legend.append(make("i", { class: "tp-grey" }), make("span", { text: say("no data") }));
     view.drawAxes = axes(view);
   }
 

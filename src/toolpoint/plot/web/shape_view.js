@@ -1,6 +1,7 @@
 "use strict";
 // A shape view on a page: its data, camera and controls, and the interface window.toolpointViews[name].
 (function () {
+  const say = (text) => (window.ToolpointSay ? window.ToolpointSay(text) : text); // a page around it may have words of its own
   window.toolpointViews = window.toolpointViews || {};
   const PALETTE = [[0, 114, 178], [213, 94, 0], [0, 158, 115], [204, 121, 167], [230, 159, 0], [86, 180, 233],
     [140, 140, 140], [160, 140, 60]];
@@ -99,8 +100,8 @@
 
     build() {
       this.canvas = make("canvas", { tabindex: "0", role: "img", "aria-label":
-        "Animated shape. Drag or arrow keys turn, shift moves, wheel or plus and minus zoom, space plays, n and p change the mode." });
-      this.coarseNote = make("div", { class: "tp-coarse", text: "coarser while it moves", hidden: "" });
+        say("Animated shape. Drag or arrow keys turn, shift moves, wheel or plus and minus zoom, space plays, n and p change the mode.") });
+      this.coarseNote = make("div", { class: "tp-coarse", text: say("coarser while it moves"), hidden: "" });
       this.stage = make("div", { class: "tp-stage" }, this.canvas, this.coarseNote);
       this.side = make("div", { class: "tp-side" });
       this.bar = make("div", { class: "tp-bar" });
@@ -109,7 +110,7 @@
     }
 
     buildModes() {
-      const list = make("div", { class: "tp-modes", role: "group", "aria-label": "Modes" });
+      const list = make("div", { class: "tp-modes", role: "group", "aria-label": say("Modes") });
       this.buttons = this.panes[0].shapes.map((shape, i) => {
         const button = make("button", { type: "button", "aria-pressed": "false" }, make("b", { text: String(i + 1) }));
         for (const pane of this.panes.filter((each) => each.like === undefined)) {
@@ -122,7 +123,7 @@
         list.append(button);
         return button;
       });
-      if (!this.still) this.side.append(make("h4", { "aria-level": "3", text: "Modes" }), list);
+      if (!this.still) this.side.append(make("h4", { "aria-level": "3", text: say("Modes") }), list);
     }
 
     refuse(reason) {

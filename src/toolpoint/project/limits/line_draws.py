@@ -22,6 +22,13 @@ def read_tip_file(path: Path, *, quantity: str | None = None, band: tuple[float,
     return studies.response_dynamics(frf, band=band, what=path.name)
 
 
+def read_work_file(path: Path, *, quantity: str | None = None, band: tuple[float, float] | None = None) -> ToolDynamics:
+    """Return the dynamics of a work from one file, as `read_tip_file`; of a machine file (YAML) at the place of its `tool`."""
+    if path.suffix.lower() in (".yaml", ".yml"):
+        return studies.machine_work(io.read_machine(path))
+    return read_tip_file(path, quantity=quantity, band=band)
+
+
 @dataclass(frozen=True, eq=False)
 class LineDraws:
     """Tips from responses that hold draws, as `toolpoint rcsa` saves them; poses play no part.

@@ -15,7 +15,7 @@ from toolpoint.io.quantities.written import read_stock
 from toolpoint.machine import Machine
 from toolpoint.machine.description.project_plan import ASSUMED_COEFFICIENT_DEVIATION
 from toolpoint.material_removal import Stock
-from toolpoint.project.limits.line_draws import read_tip_file
+from toolpoint.project.limits.line_draws import read_tip_file, read_work_file
 from toolpoint.project.limits.systems import DrawnSystems, MachineDraws, TipDraws, cut_of
 from toolpoint.project.limits.tips import read_tip
 from toolpoint.studies.cuts.tool_dynamics import ToolDynamics
@@ -131,7 +131,7 @@ def read_work(files: ProgramFiles, settings: Mapping[str, Any]) -> ClampedPart |
     if described is None:
         return None
     if files.work is None:
-        return studies.MeasuredWork({int(line): read_tip_file(path)
+        return studies.MeasuredWork({int(line): read_work_file(path)
                                      for line, path in zip(described["responses"], files.responses, strict=True)})
     return studies.describe_part(io.read_description(files.work), described["held"], damping_ratio=described["damping_ratio"],
                                  stage_change=described["stage_change"])

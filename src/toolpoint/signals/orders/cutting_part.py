@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from toolpoint._check import FloatArray
+from toolpoint.signals.hits import MAX_SMOOTH_STEPS
 
 BLOCK_SECONDS = 0.02
 MIN_LEVEL_RATIO = 1.5  # of the two levels of a record, amplitudes: nearer levels are no cut beside no cut
@@ -14,6 +15,7 @@ MIN_CUT_SECONDS = 0.65  # of a loud part: a shorter one is a beat or a knock
 MARGIN_SECONDS = 0.06  # left out at both ends of a cut: entry, exit, and what rings down
 LARGE_SAMPLE_RATIO = 0.98  # of the largest sample: what clipped samples exceed
 MIN_CLIPPED_RUN = 3  # samples in a row
+MAX_FLAT_STEP = 2e-3  # of the largest sample, between two samples of a flat top
 
 
 @dataclass(frozen=True)
@@ -52,7 +54,7 @@ def find_cutting_part(samples: FloatArray, rate: float) -> CuttingPart:
 
 
 def measure_clipping(samples: FloatArray) -> float:
-    """Return the fraction of samples that stand in runs of at least three near the largest sample; a sine has few."""
+    """Return the fraction of samples that stand in flat runs of at least three near the largest sample; a sine has none."""
     largest = float(np.abs(samples).max())
     if largest == 0:
         return 0.0
@@ -60,11 +62,22 @@ def measure_clipping(samples: FloatArray) -> float:
 
 
 def _flat_fraction(samples: FloatArray, largest: float) -> float:
+    """Return the fraction of samples in flat tops: runs of high samples that a smooth signal would not leave so steeply."""
     is_high = samples >= LARGE_SAMPLE_RATIO * largest
-    steps = np.abs(np.diff(samples, prepend=samples[:1])) < 2e-3 * largest
-    flat = is_high & steps
-    runs = np.convolve(flat, np.ones(MIN_CLIPPED_RUN - 1), mode="same") >= MIN_CLIPPED_RUN - 1
-    return float(np.mean(runs & flat))
+    steps = np.diff(samples)
+    flat = is_high[1:] & is_high[:-1] & (np.abs(steps) < MAX_FLAT_STEP * largest)
+    sizes = np.abs(steps)
+    quantum = float(sizes[sizes > 0].min(initial=largest))  # of the converter, within which samples are equal
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], flat, [False]])))
+    count = 0
+    for first, last in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):  # of steps: samples first .. last
+        if last - first + 1 < MIN_CLIPPED_RUN or first == 0 or last == len(steps):
+            continue
+        spread = max(float(np.ptp(samples[first:last + 1])), quantum)
+        # A parabola that falls by so much within three samples has fallen by four times that at the next.
+        if min(float(sizes[first - 1]), float(sizes[last])) > MAX_SMOOTH_STEPS * spread:
+            count += last - first + 1
+    return count / samples.size
 
 
 def _split(level: FloatArray) -> float:

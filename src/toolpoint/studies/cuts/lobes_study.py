@@ -19,6 +19,7 @@ from toolpoint.cutting.advice.probability import ProbabilityChart
 from toolpoint.cutting.simulation.milling import ExactSteps, RunningCut, run_until_decided
 from toolpoint.cutting.simulation.simulated_run import Simulation
 from toolpoint.cutting.stability.automatic import Automatic
+from toolpoint.cutting.stability.catalogue import method_words
 from toolpoint.cutting.stability.method import StabilityMethod
 from toolpoint.cutting.stability.panels.method import PanelArnoldi
 from toolpoint.studies.cuts.described_cut import build_problem
@@ -79,7 +80,7 @@ class LobesStudy(NotebookText):
     def table(self) -> str:
         """Return the lowest and highest limit and the cuts to make as text."""
         chart = self.chart
-        title = f"Stability by {chart.method}" + (" (not to be used: see the doubts)" if self.withheld else "")
+        title = f"Stability by {method_words(chart.method)}" + (" (not to be used: see the doubts)" if self.withheld else "")
         header = ["", "rev/min", "depth mm", "error mm", "chatter Hz"]
         rows = [*_lowest_rows(self.lowest), *_limit_rows(chart)]
         return text_table(title, header, rows) + "\n" + text_table("Cuts to make", ADVICE, self.advice)

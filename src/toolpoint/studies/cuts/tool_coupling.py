@@ -11,6 +11,7 @@ import numpy as np
 from toolpoint._check import FloatArray, fail
 from toolpoint._doubt import Doubt, doubts_among, grave_among
 from toolpoint._notebook import NotebookText
+from toolpoint._rounding import text_below
 from toolpoint.cutting import StabilityChart
 from toolpoint.studies.cuts.coupling.gauge_doubts import question_gauge, with_noise
 from toolpoint.studies.cuts.coupling.machine_spindle import couple_tips, tip_frf
@@ -259,8 +260,8 @@ def _chart_words(chart: StabilityChart) -> list[str]:
     least_limit = _least_limit(chart)
     # The best speed may have no limit: then the end of the search is printed, marked as such.
     is_end = not np.isfinite(chart.limit[best])
-    deepest = f"{1e3 * chart.depth_max:.4g} (end of the search)" if is_end else f"{1e3 * limit[best]:.4f}"
-    shallowest = f"above {1e3 * chart.depth_max:.3g}" if least_limit is None else f"{1e3 * least_limit:.4f}"
+    deepest = f"{1e3 * chart.depth_max:.4g} (end of the search)" if is_end else text_below(1e3 * limit[best])
+    shallowest = f"above {1e3 * chart.depth_max:.3g}" if least_limit is None else text_below(1e3 * least_limit)
     return [shallowest, f"{chart.speeds[best]:.0f}", deepest]
 
 

@@ -6,7 +6,7 @@ work stand on structures that do not move each other: a thin wall in a vice, a l
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -14,7 +14,9 @@ import scipy  # its rooms load on first use
 
 from toolpoint._check import Array, ComplexArray, FloatArray, ToolpointError
 from toolpoint.cutting import MillingProblem
-from toolpoint.studies.cuts.tool_dynamics import ToolDynamics
+from toolpoint.machine import Machine
+from toolpoint.studies.cuts.tool_dynamics import ToolDynamics, machine_dynamics
+from toolpoint.studies.machines.tool_seat import question_tool_seat
 from toolpoint.vibration import Dof, Frf, Modes, frequency_response
 
 BOTH_LABELS = (Dof("tool-work", "+x"), Dof("tool-work", "+y"))  # of the response between tool and work
@@ -64,6 +66,39 @@ def with_work(tool: ToolDynamics, work: ToolDynamics) -> ToolDynamics:
     return replace(tool, response=response, x=str(BOTH_LABELS[0]), y=str(BOTH_LABELS[1]), at_speed=faster,
                    what=f"{tool.what} and {work.what}", parts=(tool, work),
                    notes=tuple(dict.fromkeys([*tool.notes, *work.notes, note, *axial])))
+
+
+def machine_work(machine: Machine, pose: Mapping[str, float] | None = None) -> ToolDynamics:
+    """Return the dynamics of a work that a machine description holds: its `tool` is the place of the work that is cut.
+
+    Parameters
+    ----------
+    machine : Machine
+        The part with what holds it; x and y of its place are those of the tool.
+    pose : mapping, optional
+        Axis positions, m or rad.
+
+    Raises
+    ------
+    ToolpointError
+        For a machine without a tool's point.
+
+    Examples
+    --------
+    >>> from toolpoint.machine import build
+    >>> from toolpoint.machine.description import BodyDescription, InertiaDescription, JointDescription
+    >>> from toolpoint.machine.description import MachineDescription, PointDescription
+    >>> clamp = JointDescription("ground", "part", stiffness={"x": 2e7, "y": 5e7})
+    >>> part = BodyDescription(5.0, inertia=InertiaDescription(0.1, 0.1, 0.1))
+    >>> work = machine_work(build(MachineDescription("vice", {"part": part}, {"clamp": clamp}, tool="wall",
+    ...                                              points={"wall": PointDescription("part")}, damping_ratio=0.02)))
+    >>> work.x, [round(hz) for hz in work.response.frequency.tolist()]
+    ('wall:+x', [318, 503])
+    """
+    dynamics = machine_dynamics(machine, pose)
+    # A work has no spindle between its body and its place: that the tool's seat lacks one is no doubt here.
+    seats = [doubt for doubt in question_tool_seat(machine) if not doubt.grave]
+    return replace(dynamics, notes=tuple(note for note in dynamics.notes if note not in seats))
 
 
 def problem_with_work(problem: MillingProblem, work: ToolDynamics) -> MillingProblem:

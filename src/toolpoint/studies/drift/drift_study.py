@@ -93,10 +93,16 @@ class DriftStudy(NotebookText):
         factor = f"{best.part}{way}: {best.change_text} ({best.interval_text})"
         if not any(each.fits for each in self.explanations):
             return [f"No part and no pair of parts explains it; nearest comes {factor}, and what it leaves is more than noise."]
+        # The table lists each direction of a joint alone: a sum of them says that it is one.
+        is_sum = probability_text(best.probability) != probability_text(share)
+        if share >= MIN_NAMED_PROBABILITY and is_sum:
+            return [f"Likeliest is {part}, with a probability of {probability_text(share)} for all its directions together; "
+                    f"{probability_text(best.probability)} belong to {factor}."]
         if share >= MIN_NAMED_PROBABILITY:
             return [f"Likeliest is {factor}, with a probability of {probability_text(share)}."]
         names = [f"{name} ({probability_text(each)})" for name, each in [(part, share), *others[:3]] if each > 0.05]
-        return [f"The test does not tell which part: {', '.join(names)}. If it is the first, {factor}."]
+        return [f"The test does not tell which part: {', '.join(names)}, all directions of a joint together. If it is the "
+                f"first, {factor}."]
 
     def table(self) -> str:
         """Return the changes of all modes over the tests, then the parts that could have changed, as text."""

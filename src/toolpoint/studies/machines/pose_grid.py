@@ -44,8 +44,8 @@ class Grid:
 
     def words(self, index: Sequence[int]) -> str:
         """Return a place of the grid in words."""
-        return ", ".join(f"{name} {self.shown(name)[i]:.6g}" + ("°" if name in self.angles else " mm")
-                         for name, i in zip(self.axes, index, strict=True))
+        return ", ".join(f"{name} {round(float(self.shown(name)[i]), 9) + 0.0:.6g}"  # no rounding about zero
+                         + ("°" if name in self.angles else " mm") for name, i in zip(self.axes, index, strict=True))
 
     def failure_lines(self, failures: Mapping[tuple[int, ...], str]) -> list[str]:
         """Return a line on every pose that failed."""

@@ -142,7 +142,8 @@ def _question_edges(removed: RemovedMaterial, laid: ProgramPath, setup: Machinin
     plunges = ~laid.moves.rapid[removed.piece] & flat & goes_down & (removed.volume[removed.piece] > 0)
     if plunges.any():
         lines = laid.path.line[laid.moves.block[removed.piece[plunges]]]
-        doubts.append(Doubt("plunging", f"{len(set(lines.tolist()))} lines plunge with a flat end, the first line "
-                                        f"{lines[0]}: the force of its "
-                            "centre is not computed", "their loads are too low"))
+        count = len(set(lines.tolist()))
+        which = f"line {lines[0]} plunges" if count == 1 else f"{count} lines plunge, the first line {lines[0]},"
+        doubts.append(Doubt("plunging", f"{which} with a flat end: the force of its centre is not computed",
+                            "their loads are too low" if count > 1 else "its load is too low"))
     return doubts

@@ -15,7 +15,7 @@ from toolpoint._notebook import NotebookText
 from toolpoint.signals.checks import Reciprocity, free_of_masses, reciprocity
 from toolpoint.signals.doubts import question
 from toolpoint.signals.driving_doubts import DrivingPointCheck, driving_points
-from toolpoint.signals.hammer import HammerTest, hammer_test, locate_hits
+from toolpoint.signals.hammer import ONE_HIT, HammerTest, hammer_test, locate_hits
 from toolpoint.signals.hits import Hit, HitRules
 from toolpoint.signals.record_set import RecordSet
 from toolpoint.signals.setups import join_setups
@@ -25,6 +25,8 @@ from toolpoint.studies.text_table import text_table
 from toolpoint.vibration import Dof, Frf, Record
 
 MAX_WINDOWED_FRACTION = 0.2  # of the set-ups: above, an analyser's window is no chance
+MAX_INCOMPLETE_FRACTION = 0.5  # of the sensors: where more lack responses to a struck point, the test is not one
+MAX_LISTED_SETUPS = 6  # in a message
 HEADER = ("hit", "struck", "force N", "verdict", "why")
 SetUp = tuple[Dof, tuple[Dof, ...]]
 
@@ -152,21 +154,34 @@ def study_hammer_records(records: RecordSet | Sequence[Record], *, duration: flo
     # Decisions given here prevail over those that the records bring along.
     decided = {**record_set.decisions, **(decisions or {})}
     groups = _groups(record_set)
-    tests, left_out = _test_setups(record_set, groups, duration=duration, final=final, estimator=estimator, rules=rules,
-                                   decided=decided)
+    tests, left_out, without_hit = _test_setups(record_set, groups, duration=duration, final=final, estimator=estimator,
+                                                rules=rules, decided=decided)
     verdicts = _verdicts(record_set, tests, decided)
     _check_decisions(decided, [verdict.name for verdict in verdicts])
-    joined = free_of_masses(_join_tests([test for _, test in tests]), masses or {})
-    frf, test_notes = replace(joined, notes=()), [note for _, test in tests for note in test.frf.notes]
+    joined, incomplete = _join_tests([test for _, test in tests], left_out, without_hit)
+    joined = free_of_masses(joined, masses or {})
+    frf, test_notes = replace(joined, notes=()), _name_single_hits([test for _, test in tests])
     notes = tuple(dict.fromkeys([*record_set.notes, *test_notes, *joined.notes]))
     # A note that is a doubt is listed with the doubts only.
     doubted = _join_window_doubts([note for note in notes if isinstance(note, Doubt)], len(tests))
     checks = tuple(driving_points(frf))
-    doubts = (*left_out, *doubted, *question(frf))
+    doubts = (*left_out, *incomplete, *doubted, *question(frf))
     # The hit that excites least far up bounds the band of all responses.
     band = usable_band(frf, min(test.excited for _, test in tests))
     return HammerStudy(frf, tuple(test for _, test in tests), verdicts, band, checks, tuple(reciprocity(frf)),
                        tuple(dict.fromkeys(doubts)), tuple(note for note in notes if not isinstance(note, Doubt)))
+
+
+def _name_single_hits(tests: Sequence[HammerTest]) -> list[str]:
+    """Return the notes of all set-ups; the doubt about one hit alone names those that it is about, where there are others."""
+    single = [test for test in tests if any(isinstance(note, Doubt) and note.what == ONE_HIT for note in test.frf.notes)]
+    if len(tests) == 1 or not single:
+        return [note for test in tests for note in test.frf.notes]
+    names = [f"{test.frf.inputs[0]} / {test.frf.outputs[0]}" for test in single[:MAX_LISTED_SETUPS]]
+    listed = ", ".join(names) + (f" and {len(single) - len(names)} more" if len(single) > len(names) else "")
+    where = f"in {len(single)} of {len(tests)} set-ups (struck / first sensor: {listed})"
+    return [Doubt(ONE_HIT, f"{note.why} {where}", note.remedy) if isinstance(note, Doubt) and note.what == ONE_HIT else note
+            for test in tests for note in test.frf.notes]
 
 
 def _join_window_doubts(doubts: Sequence[Doubt], count: int) -> tuple[Doubt, ...]:
@@ -195,16 +210,16 @@ def _groups(record_set: RecordSet) -> dict[SetUp, list[int]]:
 
 
 def _test_setups(record_set: RecordSet, groups: Mapping[SetUp, list[int]], *, duration: float | None, final: float | None,
-                 estimator: str,
-                 rules: HitRules | None, decided: Mapping[str, bool]) -> tuple[list[tuple[list[int], HammerTest]], list[Doubt]]:
-    """Return the test of every set-up with a usable hit, all with one block and window, and doubts about the others."""
+                 estimator: str, rules: HitRules | None, decided: Mapping[str, bool]
+                 ) -> tuple[list[tuple[list[int], HammerTest]], list[Doubt], list[Dof]]:
+    """Return the test of every set-up with a usable hit, all with one block and window, doubts about the others, their Dofs."""
     def test(places: list[int], block: float | None, end: float | None) -> HammerTest:
         records = [record_set.records[k] for k in places]
         numbers = _numbers([record_set.names[k] for k in places], records, block, rules, decided)
         return hammer_test(records, block, estimator=estimator, final=end, rules=rules, decisions=numbers)
 
-    tests, doubts = [], list[Doubt]()
-    for (struck, _), places in groups.items():
+    tests, doubts, without_hit = [], list[Doubt](), list[Dof]()
+    for (struck, channels), places in groups.items():
         try:
             tests.append((places, test(places, duration, final)))
         except ToolpointError as error:
@@ -213,6 +228,7 @@ def _test_setups(record_set: RecordSet, groups: Mapping[SetUp, list[int]], *, du
             if len(groups) == 1:
                 raise ToolpointError(words) from None
             doubts.append(Doubt("left out", words))
+            without_hit += channels
     if not tests:
         raise ToolpointError("; ".join(doubts))
     # All set-ups share the shortest block and the strongest window: the same lines, the same added damping.
@@ -220,7 +236,7 @@ def _test_setups(record_set: RecordSet, groups: Mapping[SetUp, list[int]], *, du
     ends = [float(np.exp(-result.frf.decay * result.duration)) for _, result in tests]
     if any(result.duration > block * (1 + 1e-9) for _, result in tests) or max(ends) - min(ends) > 1e-9:
         tests = [(places, test(places, block, min(ends))) for places, _ in tests]
-    return tests, doubts
+    return tests, doubts, without_hit
 
 
 def _numbers(names: Sequence[str], records: Sequence[Record], block: float | None, rules: HitRules | None,
@@ -269,12 +285,28 @@ def _check_decisions(decided: Mapping[str, bool], names: Sequence[str]) -> None:
                                  + ("" if suggestion(name, names) else ", ".join(names[:6])))
 
 
-def _join_tests(tests: Sequence[HammerTest]) -> Frf:
-    if len(tests) == 1:
-        return replace(tests[0].frf, notes=())
+def _join_tests(tests: Sequence[HammerTest], left_out: Sequence[Doubt], without_hit: Sequence[Dof]
+                ) -> tuple[Frf, list[Doubt]]:
+    """Return the responses of all set-ups, and a doubt where sensors lack those to a struck point and are left out.
+
+    left_out : doubts about set-ups without a usable hit, and without_hit : their Dofs.
+    """
+    frfs, doubts = [test.frf for test in tests], list[Doubt]()
+    if len(frfs) == 1:
+        return replace(frfs[0], notes=()), doubts
+    outputs = dict.fromkeys(dof for frf in frfs for dof in frf.outputs)
+    measured = {(dof, struck) for frf in frfs for dof in frf.outputs for struck in frf.inputs}
+    inputs = dict.fromkeys(struck for frf in frfs for struck in frf.inputs)
+    incomplete = [dof for dof in outputs if any((dof, struck) not in measured for struck in inputs)]
+    if incomplete and set(incomplete) <= set(without_hit) and len(incomplete) <= MAX_INCOMPLETE_FRACTION * len(outputs):
+        frfs = [frf.selected(outputs=kept) for frf in frfs if (kept := [dof for dof in frf.outputs if dof not in incomplete])]
+        doubts = [Doubt(f"sensors {', '.join(map(str, incomplete))}", "they lack the responses to a struck point, where no hit "
+                        "was usable: they are left out for all struck points", "measure them again")]
     try:
-        return replace(join_setups([test.frf for test in tests]), notes=())
+        return replace(join_setups(frfs), notes=()), doubts
     except ToolpointError as error:
-        listed = "; ".join(f"struck at {test.frf.inputs[0]}: sensors {', '.join(map(str, test.frf.outputs))}" for test in tests)
-        raise ToolpointError(f"the struck points do not make one set of responses ({error}); {listed}; give the files of each "
+        listed = [f"struck at {test.frf.inputs[0]}: sensors {', '.join(map(str, test.frf.outputs))}" for test in tests]
+        rest_words = f"; and {len(listed) - MAX_LISTED_SETUPS} more" if len(listed) > MAX_LISTED_SETUPS else ""
+        words = "; ".join([*map(str, left_out), *listed[:MAX_LISTED_SETUPS]]) + rest_words
+        raise ToolpointError(f"the struck points do not make one set of responses ({error}); {words}; give the files of each "
                              "set of sensors apart") from None

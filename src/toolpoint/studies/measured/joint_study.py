@@ -147,8 +147,9 @@ def study_joints(modes: Modes, geometry: Geometry, components: Components, *, co
     joints = identify_joints(modes, geometry.points, components.points, chain=components.chain,
                              masses=component_masses(components) if bodies else None, coordinate_deviation=deviation,
                              calibration_deviation=components.calibration_deviation)
-    # The machine has a misplaced point where the other points put it: it may be the one that was struck.
-    geometry = replace(geometry, points={**geometry.points, **{each.point: each.place for each in joints.misplaced}})
+    # The machine has a wrong point where the other points put it: it may be the one that was struck.
+    if joints.wrong_points is not None:
+        geometry = replace(geometry, points={**geometry.points, **joints.wrong_points.places})
     study = JointStudy(joints, modes, geometry, components, None, channel_doubts=(*placement.doubts, *channel_doubts))
     if not bodies:
         return replace(study, no_machine_reason="no mass properties; a machine needs the body of every component")

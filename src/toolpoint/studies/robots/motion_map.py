@@ -22,7 +22,7 @@ from toolpoint.studies.machines.pose_grid import Grid, check_grid, evaluate_bloc
 from toolpoint.studies.robots.own_coordinates import free_coordinates
 from toolpoint.studies.text_table import text_table
 
-_POSITION_DECIMALS = 12  # of m and rad: what is smaller is rounding of the closure
+_POSITION_DECIMALS = 10  # of m and rad: what is smaller the closure of the loops leaves
 
 
 @dataclass(frozen=True)
@@ -143,7 +143,7 @@ class _Motion:
         parts = [chain.positions(poses)]
         if isinstance(chain, ClosedChain):
             values = chain.step_values(poses)
-            parts.append(np.round(values[:, list(chain.passive_steps)], _POSITION_DECIMALS))
+            parts.append(_rounded(values[:, list(chain.passive_steps)]))
             if chain.task is not None:
                 parts.append(_parasitic_shift(chain, chain.task, values))
                 parts.append(np.linalg.det(chain.task_rates(poses))[:, None])
@@ -157,7 +157,7 @@ def _parasitic_shift(chain: ClosedChain, task: Task, values: FloatArray) -> Floa
     current, reference = (task.read(chain.displacements_of(chain.motions_of(steps)))
                           for steps in (values, chain.step_values({})))
     kinds = free_coordinates(task)
-    shifts = [np.round(current[kind] - reference[kind], _POSITION_DECIMALS) for kind in kinds]
+    shifts = [_rounded(current[kind] - reference[kind]) for kind in kinds]
     return np.stack(shifts, axis=1) if kinds else np.zeros((len(values), 0))
 
 
@@ -196,3 +196,8 @@ def map_motion(machine: Machine, axes: Mapping[str, ArrayLike], *, engine: Engin
     values, failures = map_over(function, grid, len(function.columns), engine=engine, folder=folder, progress=progress)
     length = float(getattr(machine.chain, "length", 1.0))
     return MotionMap(grid.axes, values, function.columns, length, failures, grid.angles)
+
+
+def _rounded(positions: FloatArray) -> FloatArray:
+    """Return positions without what closing the loops leaves of them; zero has no sign."""
+    return np.asarray(np.round(positions, _POSITION_DECIMALS) + 0.0)

@@ -20,6 +20,7 @@ from toolpoint._check import FloatArray, ToolpointError, count, fail, floats, po
 from toolpoint._doubt import Doubt, with_notes
 from toolpoint._notebook import NotebookText
 from toolpoint.machine.parts.model import Machine
+from toolpoint.studies.execute import Progress
 from toolpoint.studies.machines.arm_reach import Pose
 from toolpoint.studies.robots.place_map import PlaceGrid, PlaceMap, PlaceQuantity, PoseValues, map_places, place_words
 from toolpoint.studies.robots.segment_poses import SegmentFollower
@@ -163,8 +164,7 @@ def plane_directions(first: ArrayLike, second: ArrayLike, number: int = 4) -> Fl
 
 def search_regions(machine: Machine, starts: ArrayLike, directions: ArrayLike, *, length: float = 0.2, samples: int = 5,
                    quantity: PlaceQuantity | None = None, direction: ArrayLike | None = None, turn: float = 0.0,
-                   branch: str = "",
-                   point: str = "") -> RegionSearch:
+                   branch: str = "", point: str = "", progress: Progress | None = None) -> RegionSearch:
     """Return the segments over which a quantity is most even, each on one branch of the machine, without a jump of an axis.
 
     Parameters
@@ -180,6 +180,8 @@ def search_regions(machine: Machine, starts: ArrayLike, directions: ArrayLike, *
         Places on a segment, both ends included.
     direction, turn, branch, point
         Direction and turn of the tool, see `reach_places`.
+    progress : function
+        Told how many places are judged, of how many.
 
     Examples
     --------
@@ -202,7 +204,7 @@ def search_regions(machine: Machine, starts: ArrayLike, directions: ArrayLike, *
             for each, row in zip(followed, ends, strict=True)]
     poses = {key: pose for each, row in zip(followed, keys, strict=True) for key, pose in zip(row, each.poses, strict=True)}
     number = {key: i for i, key in enumerate(poses)}
-    judged = measure.judge(machine, list(poses.values()))
+    judged = measure.judge(machine, list(poses.values()), progress=progress)
     # How even a segment is cannot be said where a place is known to lie above a bound alone.
     values = np.where(judged.bounds[:, None], np.nan, judged.values)
     regions = [EvenSegment(row[0], row[-1], part, each.branch, each.poses)
@@ -247,7 +249,8 @@ class RegionStudy(NotebookText):
 
 def study_region(machine: Machine, grid: PlaceGrid, quantity: PlaceQuantity | None = None, *, length: float = 0.2,
                  directions: int = 4, samples: int = 5, direction: ArrayLike | None = None, turn: float = 0.0,
-                 branch: str = "", point: str = "", step: Callable[[str], None] = lambda name: None) -> RegionStudy:
+                 branch: str = "", point: str = "", step: Callable[[str], None] = lambda name: None,
+                 progress: Progress | None = None) -> RegionStudy:
     """Return a quantity over the places of a grid, and the segments of a length between them over which it is most even.
 
     Parameters
@@ -262,6 +265,8 @@ def study_region(machine: Machine, grid: PlaceGrid, quantity: PlaceQuantity | No
         Places on a segment, both ends included.
     step : function of a name
         Called at the beginning of both parts.
+    progress : function
+        Told in both parts how many places are judged, of how many.
 
     Examples
     --------
@@ -269,7 +274,8 @@ def study_region(machine: Machine, grid: PlaceGrid, quantity: PlaceQuantity | No
     """
     step("map over places")
     measure = quantity or PlaceQuantity()
-    place_map = map_places(machine, grid, measure, direction=direction, turn=turn, branch=branch, point=point)
+    place_map = map_places(machine, grid, measure, direction=direction, turn=turn, branch=branch, point=point,
+                           progress=progress)
     if length == 0:
         return RegionStudy(place_map)
     step("segments")
@@ -278,7 +284,7 @@ def study_region(machine: Machine, grid: PlaceGrid, quantity: PlaceQuantity | No
     ways = units[first][None] if len(grid.names) == 1 else plane_directions(units[first], units[second], directions)
     try:
         search = search_regions(machine, grid.places.reshape(-1, 3), ways, length=length, samples=samples, quantity=measure,
-                                direction=direction, turn=turn, branch=branch, point=point)
+                                direction=direction, turn=turn, branch=branch, point=point, progress=progress)
     except ToolpointError as error:  # the map took its time and stays
         return RegionStudy(replace(place_map, notes=(Doubt("segments", str(error)), *place_map.notes)))
     return RegionStudy(place_map, search)

@@ -11,7 +11,7 @@ from scipy.stats import rankdata, sobol_indices
 from toolpoint._check import FloatArray, fail
 from toolpoint._doubt import Doubt, mark_notes
 from toolpoint._notebook import NotebookText
-from toolpoint.studies.screening.metrics import is_lower_better
+from toolpoint.studies.screening.metrics import is_lower_better, share_text
 from toolpoint.studies.screening.screen import Screening
 from toolpoint.studies.text_table import text_table
 
@@ -37,6 +37,7 @@ class Effect:
 
 
 SHARES = ("relative change", "contrast over the mean")  # meanings of effects that are shares of the metric
+
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,7 +69,7 @@ class Ranking(NotebookText):
 
     def _words(self, value: float) -> str:
         """Return an effect in words: a share of the metric in per cent."""
-        return f"{100 * value:+.3g} %" if self.what in SHARES else f"{value:+.4g}"
+        return share_text(value) if self.what in SHARES else f"{value:+.4g}"
 
     def to_dict(self) -> dict[str, Any]:
         """Return the ranking as plain data."""

@@ -33,7 +33,9 @@ _REDUCED_TOLERANCE = 0.02  # the same of the answer with elastic bodies, whose f
 _GOAL_MARGIN = 2e-4  # relative, beyond the goal: rounding must not miss it
 
 
-GOAL_UNITS = {"depth limit": ("mm", 1e3), "position error": ("µm", 1e6)}  # unit in which a goal is typed and printed, by answer
+# Unit in which a goal is printed, by answer.
+GOAL_UNITS = {"response peak": ("µm/N", 1e6), "static compliance": ("µm/N", 1e6), "depth limit": ("mm", 1e3),
+              "position error": ("µm", 1e6)}
 # Basis of an answer whose name alone does not give it.
 BASIS = {"depth limit": "depth limit: the least over all speeds by the single-frequency solution; the exact chart (lobes) "
                         "differs by some per cent, at flip lobes by more, and the least of a range of speeds lies above it"}
@@ -78,7 +80,7 @@ class Improvement(NotebookText):
         return "\n".join([
             text_table(f"To bring the {self.answer} from {scale * self.start_value:.4g} to {scale * self.goal:.4g} {unit}",
                        ["factor", "change", "cost", f"slope {unit} per range"], rows),
-            f"the full model gives {scale * self.value:.6g} {unit} at a cost of {self.cost:.4g}{sure}",
+            f"the full model gives {scale * self.value:.4g} {unit} at a cost of {self.cost:.4g}{sure}",
             f"best single change of that cost: {self.best_single[0]}, {scale * self.best_single[1]:.4g} {unit}",
             *([BASIS[self.answer]] if self.answer in BASIS else []), self.status])
 
@@ -150,8 +152,8 @@ def improve(machine: Machine, factors: Sequence[Factor], answer: Answer, *, goal
                        interval,
                        cost, _name_single(factors, solver.best_single(cost)), "the goal is met by the full model" if met else
                        f"the goal is met within {100 * error:.2g} %: elastic bodies reduced anew differ by that" if is_near else
-                       "the goal cannot be met within the ranges; this is the best that they allow: widen them or lower the "
-                       "goal")
+                       "the goal cannot be met within the ranges; this is the best that they allow: widen them or ask for "
+                       "less")
 
 
 def _name_single(factors: Sequence[Factor], best: tuple[int, float]) -> tuple[str, float]:

@@ -107,7 +107,17 @@ METRICS: dict[str, Callable[[Machine, tuple[Pose, ...]], float]] = {
 UNITS = {"frequency": ("Hz", 1.0), "static stiffness": ("N/µm", 1e-6), "dynamic stiffness": ("N/µm", 1e-6),
          "response peak": ("µm/N", 1e6), "depth limit": ("mm", 1e3), "position error": ("µm", 1e6),
          "rotation error": ("µrad", 1e6)}
+ROUNDING_SHARE = 1e-9  # of a metric: a smaller effect is rounding
 LOWER_IS_BETTER = ("response peak", "position error", "rotation error")
+
+
+def share_text(value: float) -> str:
+    """Return a share in per cent with its sign; what is rounding is none.
+
+    >>> share_text(0.1402), share_text(-3e-15)
+    ('+14 %', '0 %')
+    """
+    return "0 %" if abs(value) < ROUNDING_SHARE else f"{100 * value:+.3g} %"
 
 
 def shown_unit(name: str) -> tuple[str, float]:

@@ -19,7 +19,7 @@ from toolpoint.machine.parts.build import build
 from toolpoint.machine.parts.model import Machine
 from toolpoint.studies.execute import Engine, Progress, execute
 from toolpoint.studies.screening.designs import ScreeningDesign
-from toolpoint.studies.screening.metrics import Metric, shown_name, shown_unit
+from toolpoint.studies.screening.metrics import Metric, share_text, shown_name, shown_unit
 from toolpoint.studies.text_table import text_table
 
 PARTS = "parts"  # folder of the parts of unfinished variants
@@ -62,7 +62,7 @@ class Screening(NotebookText):
         rows = []
         factors = [shown_unit(name)[1] for name in self.metrics]
         for i in range(min(len(self.stated), 40)):
-            cells = [f"{factor * v:.6g}" if base is None or i == 0 else f"{factor * v:.6g} ({100 * (v / b - 1):+.2f} %)"
+            cells = [f"{factor * v:.4g}" if base is None or i == 0 else f"{factor * v:.4g} ({share_text(v / b - 1)})"
                      for v, b, factor in zip(self.stated[i], self.stated[0], factors, strict=True)]
             rows.append([self.design.words(i), *(cells if i not in self.failures else [self.failures[i]] * len(cells))])
         rows = [[cell for k, cell in enumerate(row) if k <= _MAX_TABLE_METRICS] for row in rows]

@@ -30,6 +30,7 @@ from toolpoint.studies.testing.tap_dynamics import (
 LIMIT_DRAWS, EXACT_SPEEDS, ROUGH_SPEEDS, DRAW_STRIDE = 80, 36, 400, 4
 CHARTED_MINIMA = 12  # of the rough chart, added to the exact one
 COEFFICIENT_DEVIATION = 0.1  # relative standard deviation of cutting coefficients from a table
+INTERVAL_LEVELS = [0.025, 0.975]  # ends of a 95 % interval
 # relative: margins of speed and depth; distance of speeds to use
 SPEED_MARGIN, DEPTH_MARGIN, MIN_SPEED_DISTANCE = 0.02, 0.1, 0.08
 DEPTH_RANGE_FACTOR = 3  # depth of the charts over the estimate of the lowest limit
@@ -56,13 +57,15 @@ class SpeedToUse:
 class TapLimits:
     """Limits of a tapped tool, and speeds to use.
 
-    chart : exact; rough : of more speeds; low, high : ends of the 95 % interval of the exact limits over them, ratios.
+    chart : exact; rough : of more speeds; low, high : ends of the 95 % interval of the exact limits over them, ratios;
+    lowest_ratios : those of the least limit of all speeds, which drawn tips have at other speeds.
     """
 
     chart: StabilityChart
     rough: StabilityChart
     low: FloatArray
     high: FloatArray
+    lowest_ratios: tuple[float, float]
     speeds: tuple[SpeedToUse, ...]
     notes: tuple[str, ...]
     problem: MillingProblem
@@ -73,7 +76,8 @@ class TapLimits:
         k = int(np.argmin(self.chart.limit))
         limit = float(min(self.chart.limit[k], self.chart.depth_max))
         error = float(self.chart.limit_error[k])
-        return limit, (limit - error) * float(self.low[k]), (limit + error) * float(self.high[k]), float(self.chart.speeds[k])
+        lower, upper = self.lowest_ratios
+        return limit, (limit - error) * lower, (limit + error) * upper, float(self.chart.speeds[k])
 
 
 def chart_limits(tip: TappedTip, values: Mapping[str, Any], *, speeds: tuple[float, float] | None, rng: np.random.Generator,
@@ -87,8 +91,11 @@ def chart_limits(tip: TappedTip, values: Mapping[str, Any], *, speeds: tuple[flo
     depth = min(DEPTH_RANGE_FACTOR * depth_limit(problem), end)
     rough = _chart_roughly(problem, fine, depth)
     progress(f"intervals of {LIMIT_DRAWS} draws", 0, 1)
-    lower, upper = np.quantile(_draw_limit_ratios(tip, problem, rough, depth, rng), [0.025, 0.975], axis=0)
+    ratios, least_ratios = _draw_limit_ratios(tip, problem, rough, depth, rng)
+    lower, upper = np.quantile(ratios, INTERVAL_LEVELS, axis=0, method="weibull")
     lower = np.minimum(lower, 1.0)  # where the search ended below the limit, draws look beyond it
+    # At the speed of the least limit draws scatter to both sides; their least limits are those of other speeds then, and lower.
+    least_lower, least_upper = np.quantile(least_ratios, INTERVAL_LEVELS, method="weibull").tolist()
     charted = np.unique(np.append(np.linspace(*ends, EXACT_SPEEDS), _lowest_places(rough)))
     progress(f"exact stability at {charted.size} speeds", 0, 1)
     chart = stability.chart(problem, charted, depth_max=depth)
@@ -104,7 +111,8 @@ def chart_limits(tip: TappedTip, values: Mapping[str, Any], *, speeds: tuple[flo
     if left_out:
         notes.append(f"speeds to use: {left_out} looked promising on the rough chart and {'is' if left_out == 1 else 'are'} "
                      "left out: the exact limit there, less its stated error, is below what is stable at every speed")
-    return TapLimits(chart, rough, np.interp(charted, fine, lower), np.interp(charted, fine, upper), picked,
+    return TapLimits(chart, rough, np.interp(charted, fine, lower), np.interp(charted, fine, upper),
+                     (min(least_lower, 1.0), least_upper), picked,
                      tuple(dict.fromkeys([*end_words(chart, end, why), *notes, *chart.notes])), problem)
 
 
@@ -122,17 +130,21 @@ def _chart_roughly(problem: MillingProblem, speeds: FloatArray, depth: float) ->
 
 
 def _draw_limit_ratios(tip: TappedTip, problem: MillingProblem, rough: StabilityChart, depth: float, rng: np.random.Generator
-                       ) -> FloatArray:
-    """Return drawn limits over the middle ones (n_draws, n_speeds): rough charts of drawn tips and coefficients."""
+                       ) -> tuple[FloatArray, FloatArray]:
+    """Return drawn limits over the middle ones (n_draws, n_speeds), by rough charts of drawn tips and coefficients, and drawn
+    least limits over the middle least one (n_draws,).
+    """
     some = rough.speeds[::DRAW_STRIDE]
     middle = np.minimum(rough.limit, depth)[::DRAW_STRIDE]
-    ratios = []
+    ratios, least_ratios = [], []
     for _ in range(LIMIT_DRAWS):
         dynamics, law = tip.drawn(rng), problem.coefficients
         kt, kn = np.exp(COEFFICIENT_DEVIATION * rng.standard_normal(2))
         drawn = problem.changed(dynamics=dynamics.response, coefficients=replace(law, kt=law.kt * kt, kn=law.kn * kn))
-        ratios.append(np.minimum(_chart_roughly(drawn, some, 2 * depth).limit, 2 * depth) / middle)
-    return np.array([np.interp(rough.speeds, some, ratio) for ratio in ratios])
+        limit = np.minimum(_chart_roughly(drawn, some, 2 * depth).limit, 2 * depth)
+        ratios.append(limit / middle)
+        least_ratios.append(limit.min() / middle.min())
+    return np.array([np.interp(rough.speeds, some, ratio) for ratio in ratios]), np.array(least_ratios)
 
 
 def _speeds_to_use(problem: MillingProblem, middle: StabilityChart, lower: FloatArray, depth: float

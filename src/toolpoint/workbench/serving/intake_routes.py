@@ -5,10 +5,10 @@ from __future__ import annotations
 import os
 import secrets
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 from toolpoint import project
-from toolpoint._check import fail
+from toolpoint._check import fail, one_of
 from toolpoint.project.components_text import write_components
 from toolpoint.workbench.serving.requests import answer, error_answer, json_of, text_of, write_answer
 from toolpoint.workbench.state.access import MAX_FILE_BYTES, check_file_name
@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     from toolpoint.workbench.serving.server import Workbench
 
 MAX_COMPONENTS_TEXT = 100_000  # characters
+MAX_REQUEST_NAME, MAX_REQUEST_LINES = 200, 1000  # characters of a name, lines of a list
+TEST_SUBJECTS = ("structure", "tip x", "tip y")
 MAX_INCOMING_FILES = 5000  # files that wait to be told
 
 
@@ -30,8 +32,17 @@ def intake_entries(bench: Workbench) -> list[tuple[str, Callable[..., Any], str]
     api = _Intake(bench)
     return [("/api/begin", api.begin, "POST"), ("/api/file/{name:path}", api.file, "PUT"), ("/api/intake", api.listing, "GET"),
             ("/api/intake", api.enter, "POST"), ("/api/part", api.part, "POST"),
-            ("/api/components", api.components, "POST"), ("/api/tried", api.tried, "POST"),
+            ("/api/components", api.components, "POST"), ("/api/test", api.test, "POST"), ("/api/tried", api.tried, "POST"),
             ("/api/hit", api.hit, "POST"), ("/api/choice", api.choice, "POST")]
+
+
+def _lines_of(data: dict[str, Any], name: str) -> tuple[str, ...]:
+    """Return a list of short texts of a request; raises ToolpointError where it is none."""
+    lines = data.get(name)
+    if not isinstance(lines, list) or len(lines) > MAX_REQUEST_LINES or not all(
+            isinstance(line, str) and len(line) <= MAX_REQUEST_NAME for line in lines):
+        fail(name, type(lines).__name__, f"must be at most {MAX_REQUEST_LINES} texts of at most {MAX_REQUEST_NAME} characters")
+    return tuple(lines)
 
 
 class _Intake:
@@ -95,6 +106,18 @@ class _Intake:
 
         def work() -> dict[str, Any]:
             return {"file": write_components(self.bench.desk.folder, text_of(data, "text", MAX_COMPONENTS_TEXT))}
+        return await write_answer(work, self.bench.desk.lock)
+
+    async def test(self, request: Request) -> Response:
+        """Enter a test of records whose channels a person has said."""
+        data = await json_of(request)
+
+        def work() -> dict[str, Any]:
+            draft = project.RecordsDraft(text_of(data, "name", MAX_REQUEST_NAME), _lines_of(data, "records"),
+                                      text_of(data, "pattern", MAX_REQUEST_NAME), text_of(data, "struck", MAX_REQUEST_NAME),
+                                      _lines_of(data, "channels"), cast(Any, one_of("of", text_of(data, "of", MAX_REQUEST_NAME),
+                                                                                     TEST_SUBJECTS)))
+            return {"entered": project.enter_test(self.bench.desk.folder, draft)}
         return await write_answer(work, self.bench.desk.lock)
 
     async def tried(self, request: Request) -> Response:

@@ -14,6 +14,7 @@
 | GET, POST /api/intake | ``{kinds}`` | what the files there seem to be; enters them |
 | POST /api/part | ``{place, value}`` | writes a part of project.yaml |
 | POST /api/components | ``{text}`` | writes the components file and enters it |
+| POST /api/test | ``{name, of, records, pattern, struck, channels}`` | enters a test of records that say no channels |
 | POST /api/hit | ``{test, hit, accept}`` | writes a decision about a blow into its test file |
 | POST /api/choice | ``{test, text}`` | writes poles chosen by clicks for a test |
 | POST /api/tried | ``{speed_rpm, depth_m, stable, frequency_hz, cut}`` | reports a cut that was tried |

@@ -41,7 +41,7 @@ def view_modes(desk: Desk, test: str = "") -> WorkbenchView:
     frequencies = [f"{value:.4g}" for value in data["frequency_hz"]]
     doubtful = [text for text, flag in zip(frequencies, data["doubtful"], strict=True) if flag]
     further_words = f" and {len(frequencies) - MAX_ANSWERED_MODES} more" if len(frequencies) > MAX_ANSWERED_MODES else ""
-    answer = f"{name}: {len(frequencies)} modes, {', '.join(frequencies[:MAX_ANSWERED_MODES])}{further_words} Hz"
+    answer = f"{name}: {len(frequencies)} modes, {', '.join(frequencies[:MAX_ANSWERED_MODES])} Hz{further_words}"
     answer += f"; doubtful: {', '.join(doubtful)} Hz." if doubtful else "."
     responses = f"results/responses/{name}/responses.h5"
     options = ["--choice", choice_place(name)] if _kept_choice(desk, name) else []

@@ -38,7 +38,7 @@ def enter_files(desk: Desk, kinds: Mapping[str, str]) -> dict[str, Any]:
     chosen = [f"--kind={name}={kind}" for name, kind in kinds.items() if kind != guesses[name]]
     source_names = [str(Path("FROM") / name) for name in names]
     return {"places": list(entered.places), "parts": [f"{place}: {value}" for place, value in entered.parts],
-            "doubts": list(entered.doubts),
+            "doubts": [doubt.replace(str(desk.folder), ".") for doubt in entered.doubts],
             "commands": [command_line("add", ".", *_shortened(source_names), *chosen)],
             "calls": ["project.add_files('.', files)"]}
 

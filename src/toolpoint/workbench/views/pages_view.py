@@ -77,7 +77,9 @@ def _program_pages(desk: Desk, project: Project) -> dict[str, KnownPage]:
 def _program(desk: Desk, project: Project, name: str) -> Any:
     data = read_json(project.folder / "results" / "program" / name / "program.json")
     records = [entry.record for entry in desk.outlook(project) if entry.step.name == f"program/{name}"]
-    doubts = [entry.doubt.within(entry.step) for record in records if record is not None for entry in record.doubts]
+    # The page says its own doubts; those of a step before it are named by the step.
+    doubts = [entry.doubt if entry.step == f"program/{name}" else entry.doubt.within(entry.step)
+              for record in records if record is not None for entry in record.doubts]
     return pages.project_program_page(project.program(name), data).preceded_by(*doubts)
 
 

@@ -16,11 +16,13 @@ from toolpoint.project import Project
 from toolpoint.project.components_text import draft_components
 from toolpoint.project.engine.outlook import FRESH, StepOutlook, seconds_of
 from toolpoint.project.engine.plan import plan_steps
+from toolpoint.project.records_draft import draft_test
 from toolpoint.project.steps.plain_files import read_json
 from toolpoint.workbench.state.desk import Desk
 from toolpoint.workbench.views.intake import kinds_in_words
 from toolpoint.workbench.views.view import WorkbenchView, command_line
 
+UNNAMED_RECORDS = "records belong to no test yet: say below what each of their channels measures"
 STALE_DOUBT = Doubt("the answers", "are of an earlier state: files have changed since", "run the project")
 
 
@@ -38,22 +40,26 @@ def view_project(desk: Desk) -> WorkbenchView:
     doubts = [STALE_DOUBT] if answers and is_stale else []
     doubts += [] if results is None else _traced_doubts(results)
     next_steps = [] if results is None else results["next_steps"]
+    draft = draft_test(project.folder, project.description)
+    waiting_parts = [] if draft is None else [UNNAMED_RECORDS]
     data = {"is_empty": False, "name": project.description.name, "answers": answers,
             "steps": [_step(entry, project.folder) for entry in outlooks], "links": _links(project),
-            "absent_parts": [part for part in project.chain.absent_parts if part not in next_steps],
+            "absent_parts": [*waiting_parts, *(part for part in project.chain.absent_parts if part not in next_steps)],
             "next_steps": [_from(project.folder, line) for line in next_steps],
             "goals": {} if results is None else results["goals"], "parts": describe_parts(project), "kinds": kinds_in_words(),
-            "components_text": _components_text(project),
+            "components_text": _components_text(project), "test_draft": None if draft is None else draft.to_dict(),
             "seconds_to_run": seconds_of(outlooks), "waiting": sum(not entry.is_of_today for entry in outlooks)}
-    return WorkbenchView("project", _answer(project, answers, outlooks), tuple(doubts), (command_line("run", "."),),
+    answer = _answer(project, answers, outlooks, waiting_parts)
+    return WorkbenchView("project", answer, tuple(doubts), (command_line("run", "."),),
                          ("results = project.Project.open('.').run()", "print(results.table())"), data, is_stale)
 
 
-def _answer(project: Project, answers: Sequence[str], outlooks: Sequence[StepOutlook]) -> str:
+def _answer(project: Project, answers: Sequence[str], outlooks: Sequence[StepOutlook], waiting_parts: Sequence[str]
+            ) -> str:
     """Return the answer of the project in a sentence; an old one is said to be old."""
     waiting = [entry for entry in outlooks if not entry.is_of_today]
     if not outlooks:
-        return f"{project.description.name}: nothing to compute yet. {_first(project.chain.absent_parts)}"
+        return f"{project.description.name}: nothing to compute yet. {_first([*waiting_parts, *project.chain.absent_parts])}"
     if not answers:
         return (f"{project.description.name}: {len(outlooks)} steps, none has an answer to a goal yet; "
                 f"{len(waiting)} would run." if waiting else f"{project.description.name}: no goal has an answer yet.")

@@ -59,16 +59,16 @@ window.Workbench = window.Workbench || { views: {} };
         W.make("span", { class: "wb-row" }, ...(W.isExport ? [] : [W.make("button", { type: "button", text: W.word("show.difference"), "aria-label": `${W.word("show.difference")}: ${change.name}`, onclick: compare(change) })]),
           W.make("button", { type: "button", text: W.word("try"), "aria-label": `${W.word("try")}: ${change.name}`, onclick: attempt(change) }))]);
       const narrowed = W.keptPlace("narrowed " + JSON.stringify(data.next), () => W.make("div", { id: "wb-narrowed", "aria-live": "polite" }));
-      const narrow = (entry) => () => narrowed.replaceChildren(W.make("h3", { text: entry.test }), widthBars([[W.word("width.today"), next.today], [W.word("width.random"), next.random], [W.word("width.after"), entry.after]]),
-        W.make("p", { class: "key", text: W.word("width.key", { answer: next.answer, n: Math.round(100 * (1 - entry.after / next.today)) }) }));
+      const narrow = (entry) => () => narrowed.replaceChildren(W.make("h3", W.spoken(entry.test)), widthBars([[W.word("width.today"), next.today], [W.word("width.random"), next.random], [W.word("width.after"), entry.after]]),
+        W.make("p", { class: "key", text: W.word("width.key", { answer: W.spoken(next.answer).text, n: Math.round(100 * (1 - entry.after / next.today)) }) }));
       const next = data.next, isFlat = (next.candidates || []).length > 0 && next.candidates[0].after > (1 - MIN_NARROWING) * next.today;
-      const tests = (isFlat ? [] : next.candidates || []).map((entry, i) => [i + 1, entry.test, `± ${W.number(100 * entry.after, 2)} %`,
+      const tests = (isFlat ? [] : next.candidates || []).map((entry, i) => [i + 1, W.make("span", W.spoken(entry.test)), `± ${W.number(100 * entry.after, 2)} %`,
         W.make("button", { type: "button", text: W.word("show.difference"), "aria-label": `${W.word("show.difference")}: ${entry.test}`, onclick: narrow(entry) })]);
       place.replaceChildren(...W.head(view, W.word("view.advice")),
         W.section(W.word("what.change"), changes.length ? W.table(["", W.word("change"), W.word("joint"), W.word("springs.by"), W.word("gain"), W.word("interval.95"), W.word("cost"), ""], changes, W.word("gain.key")) : W.make("p", { text: W.word("none") })), shown,
         ...(tests.length ? [W.section(W.word("what.measure"), W.table(["", W.word("test"), W.word("after.it"), ""], tests,
-          W.word("next.key", { answer: next.answer, today: W.number(100 * next.today, 2), random: W.number(100 * next.random, 2) })), narrowed)] : []),
-        ...(isFlat ? [W.section(W.word("what.measure"), W.make("p", { text: W.word("next.flat", { answer: next.answer, today: W.number(100 * next.today, 2) }) }))] : []), W.same(view));
+          W.word("next.key", { answer: W.spoken(next.answer).text, today: W.number(100 * next.today, 2), random: W.number(100 * next.random, 2) })), narrowed)] : []),
+        ...(isFlat ? [W.section(W.word("what.measure"), W.make("p", { text: W.word("next.flat", { answer: W.spoken(next.answer).text, today: W.number(100 * next.today, 2) }) }))] : []), W.same(view));
     },
   };
 
@@ -79,14 +79,14 @@ window.Workbench = window.Workbench || { views: {} };
     show(place, view) {
       const data = view.data, select = (key) => {
         const list = W.make("select", { id: "cmp-" + key, onchange: () => { pair.first = pair.first || data.first; pair.second = pair.second || data.second; pair[key] = list.value; W.open(true); } },
-          data.files.map((file) => W.make("option", { value: file, text: (data.labels || {})[file] || file, selected: file === data[key] })));
+          data.files.map((file) => W.make("option", { value: file, ...W.spoken((data.labels || {})[file] || file), selected: file === data[key] })));
         return W.make("label", { for: "cmp-" + key }, W.word(key) + " ", list);
       };
       const content = [];
       if (data.test_rows) content.push(W.section(W.word("modes"), W.table([["mode"], ["first", ", Hz"], ["second", ", Hz"], ["change", ", %"], ["interval.95", ", %"], ["mac"], ["mac.noise"], ["verdict"]].map(([key, unit]) => W.word(key) + (unit || "")), data.test_rows),
-        W.make("ul", {}, data.test_lines.map((text) => W.make("li", { text })))));
-      if (data.state_tables) content.push(...data.state_tables.map((part) => W.section(part.title, W.table(part.header, part.rows))),
-        W.section(W.word("what.changed"), W.make("ul", {}, (data.state_changes.length ? data.state_changes : [W.word("none")]).map((text) => W.make("li", { text })))));
+        W.make("ul", {}, data.test_lines.map((text) => W.make("li", W.spoken(text))))));
+      if (data.state_tables) content.push(...data.state_tables.map((part) => W.section(W.spoken(part.title).text, W.table(part.header.map((text) => W.spoken(text).text), part.rows))),
+        W.section(W.word("what.changed"), W.make("ul", {}, data.state_changes.length ? data.state_changes.map((text) => W.make("li", W.spoken(text))) : W.make("li", { text: W.word("none") }))));
       if (data.springs) content.push(...differenceOf(data));
       place.replaceChildren(...W.head(view, W.word("view.compare")), W.make("div", { class: "wb-run" }, select("first"), select("second")), ...content, W.same(view));
     },
@@ -99,8 +99,8 @@ window.Workbench = window.Workbench || { views: {} };
     show(place, view) {
       const data = view.data, current = (data.pages || []).find((page) => page.name === data.page);
       const list = W.make("div", { class: "wb-run", role: "group", "aria-label": W.word("pages") }, (data.pages || []).map((page) =>
-        W.make("button", { type: "button", "aria-pressed": String(page.name === data.page), class: page.name === data.page ? "wb-main" : null, text: page.title, onclick: () => { shown = page.name; W.open(true); } })));
-      place.replaceChildren(...W.head(view, W.word("view.report")), list, ...(current ? [W.section(current.title, W.pageFrame(current.name, current.title))] : []), W.same(view));
+        W.make("button", { type: "button", "aria-pressed": String(page.name === data.page), class: page.name === data.page ? "wb-main" : null, ...W.spoken(page.title), onclick: () => { shown = page.name; W.open(true); } })));
+      place.replaceChildren(...W.head(view, W.word("view.report")), list, ...(current ? [W.section(W.spoken(current.title).text, W.pageFrame(current.name, W.spoken(current.title).text))] : []), W.same(view));
     },
   };
 })(window.Workbench);

@@ -74,6 +74,36 @@ window.Workbench = window.Workbench || { views: {} };
     return node;
   }
 
+  // A test of records that do not say what their channels are: drafted from names and columns; what a person has typed stays.
+  function testForm() {
+    let shown = "";
+    const fields = { name: "text", of: ["structure", "tip x", "tip y"], records: "text", pattern: "text", struck: "text", channels: "area" };
+    const inputs = Object.fromEntries(Object.entries(fields).map(([key, kind]) => [key, Array.isArray(kind)
+      ? W.make("select", { id: "test-" + key }, kind.map((value) => W.make("option", { value, text: W.word("test.of." + value.replace(" ", ".")) })))
+      : kind === "area" ? W.make("textarea", { id: "test-" + key, rows: 5, spellcheck: "false" }) : W.make("input", { type: "text", id: "test-" + key })]));
+    const lines = (text) => text.split("\n").map((line) => line.trim()).filter(Boolean), said = W.make("p", { role: "status", class: "key" });
+    const node = W.make("form", { class: "wb-form", "aria-label": W.word("new.test"), onsubmit: async (event) => {
+      event.preventDefault();
+      if (node.dataset.sent) return; // until it is answered
+      node.dataset.sent = "1"; said.className = "key"; said.textContent = W.word("loading");
+      const { name, of, records, pattern, struck, channels } = inputs;
+      try {
+        const answer = await W.ask("test", { name: name.value.trim(), of: of.value, records: records.value.split(",").map((text) => text.trim()).filter(Boolean),
+          pattern: pattern.value.trim(), struck: struck.value.trim(), channels: lines(channels.value) });
+        said.textContent = W.word("entered", { text: `toolpoint add . --part '${answer.entered}'` });
+      } catch (error) { said.textContent = error.message; said.className = "wb-fault"; } finally { delete node.dataset.sent; }
+    } }, W.make("p", { class: "key", text: W.word("test.key") }),
+    W.make("div", { class: "wb-fields" }, Object.keys(fields).filter((key) => key !== "channels").map((key) => W.make("label", { for: "test-" + key, text: W.word("test." + key) }, inputs[key]))),
+    W.make("label", { for: "test-channels", text: W.word("test.channels") }, inputs.channels), W.make("p", {}, W.make("button", { type: "submit", id: "test-enter", text: W.word("enter") })), said);
+    node.refresh = (draft) => {
+      const text = JSON.stringify(draft);
+      if (!draft || text === shown) return;
+      shown = text;
+      for (const [key, value] of Object.entries(draft)) inputs[key].value = key === "channels" ? value.join("\n") : Array.isArray(value) ? value.join(", ") : value;
+    };
+    return node;
+  }
+
   async function handOver(files, said) {
     let sent = 0, waiting = [...files];
     const faults = [];
@@ -137,10 +167,16 @@ window.Workbench = window.Workbench || { views: {} };
     const goal = goalForm(view), inside = W.make("div", { class: "wb-inside" }, cutForm(), goal);
     const components = componentsForm(view.data.components_text || "");
     const block = W.make("details", {}, W.make("summary", { text: W.word("new.components") }), components);
-    const section = W.section(W.word("give"), drop, said, list, entered, block, W.make("details", {}, W.make("summary", { text: W.word("cuts.and.goals") }), inside));
+    const test = testForm(), testBlock = W.make("details", {}, W.make("summary", { text: W.word("new.test") }), W.make("div", { class: "wb-inside" }, test));
+    const section = W.section(W.word("give"), drop, said, list, entered, testBlock, block, W.make("details", {}, W.make("summary", { text: W.word("cuts.and.goals") }), inside));
     section.dataset.kept = "";
     section.refresh = (current) => {
       goal.refresh(current);
+      if (current.data.test_draft && !testBlock.dataset.asked) { // once: a person may fold it; after the redraw, which puts back what was open
+        testBlock.dataset.asked = "1"; setTimeout(() => { testBlock.open = true; }, 0);
+      }
+      testBlock.hidden = !current.data.test_draft && !test.querySelector("[role=status]").textContent;
+      test.refresh(current.data.test_draft);
       block.hidden = current.data.components_text === null;
       if (!block.hidden) components.refresh(current.data.components_text);
       if (current.data.answers.length && !inside.querySelector("#tried-speed")) inside.append(triedForm());

@@ -13,7 +13,7 @@ window.Workbench = window.Workbench || { views: {} };
 
   // Another stick-out is another tip: the coupled tool takes the place of the machine or the struck tip until it is put back.
   function stickOut(entry, state, send) {
-    if (entry.reason || W.isExport) return entry.reason ? [W.make("p", { class: "key", id: "stick-out-reason", text: entry.reason })] : [];
+    if (entry.reason || W.isExport) return entry.reason ? [W.make("p", { class: "key", id: "stick-out-reason", ...W.spoken(entry.reason) })] : [];
     const label = W.word("stick.out", { segment: entry.segment });
     const slider = W.plainSlider({ id: "stick-out", label, low: entry.lower, high: entry.upper, value: state.stick_out ?? entry.value,
       show: (v) => `${W.number(1e3 * v, 4)} mm`, unit: "mm", scale: 1e-3, onmove: (v) => { state.stick_out = v; back.disabled = false; send(); } });
@@ -57,7 +57,7 @@ window.Workbench = window.Workbench || { views: {} };
     const words = [W.word("interval.is", { speed: Math.round(answer.speed_rpm), limit: depth(answer.limit_m), low: depth(answer.lower_m), high: depth(answer.upper_m) })];
     if (answer.stable_probability !== null) words.push(W.word("chance.is", { depth: W.number(1e3 * answer.depth_m, 3), p: Math.round(100 * answer.stable_probability) }));
     const first = Object.entries(answer.shares)[0];
-    if (first) words.push(W.word("mostly", { what: first[0], p: Math.round(100 * first[1]) }));
+    if (first) words.push(W.word("mostly", { what: W.spoken(first[0]).text, p: Math.round(100 * first[1]) }));
     words.push(W.word(answer.is_weighed ? "draws.weighed" : "draws", { n: answer.draws }));
     return words.join(" ");
   }

@@ -8,7 +8,7 @@ window.Workbench = window.Workbench || { views: {} };
   W.jobWords = function (job) {
     if (!job || !job.state) return "";
     if (job.state === "running") return W.word(job.is_resumed ? "job.resumed" : "job.running", { step: job.current || "…", n: job.ended.length, total: job.total || "?" });
-    return job.state === "ended" ? "" : W.word("job." + job.state) + (job.words ? ": " + job.words : "");
+    return job.state === "ended" ? "" : W.word("job." + job.state) + (job.words ? ": " + W.spoken(job.words).text : "");
   };
 
   function showJob(job) {

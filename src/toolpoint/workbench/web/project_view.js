@@ -6,9 +6,9 @@ window.Workbench = window.Workbench || { views: {} };
   function stepBox(view) {
     const box = W.make("div", { class: "wb-step-box", id: "wb-step", "aria-live": "polite" });
     const show = (step) => {
-      const lines = [W.make("h3", { text: `${step.name}: ${step.does}` }),
-        W.make("p", {}, W.make("span", { class: "mark " + W.markOf(step.state), text: W.word("state." + step.state.replace(" ", "-")) }), " ", step.reason),
-        step.words ? W.make("p", { text: step.words, class: step.is_of_today ? null : "wb-old" }) : null];
+      const lines = [W.make("h3", { text: `${step.name}: `}, W.make("span", W.spoken(step.does))),
+        W.make("p", {}, W.make("span", { class: "mark " + W.markOf(step.state), text: W.word("state." + step.state.replace(" ", "-")) }), " ", W.make("span", W.spoken(step.reason))),
+        step.words ? W.make("p", { ...W.spoken(step.words), class: step.is_of_today ? null : "wb-old" }) : null];
       if (step.started) lines.push(W.make("p", { class: "key", text: W.word("ran", { when: step.started.replace("T", " "), s: W.number(step.seconds, 2) }) }));
       if (step.doubts.length) lines.push(W.make("div", { class: "notes warning" }, W.make("h3", { text: W.word("doubts") }),
         W.make("ul", {}, step.doubts.map((text) => W.make("li", W.spoken(text))))));
@@ -82,11 +82,11 @@ window.Workbench = window.Workbench || { views: {} };
       const list = (lines) => W.make("ol", {}, lines.map((text) => W.make("li", W.spoken(text)))), missing = data.absent_parts;
       const others = data.answers.slice(1);
       W.fillParts(place, [...head, ...(others.length ? [["others", [others, view.is_stale], () => W.make("div", { class: "summary" },
-        others.map((text) => W.make("p", { class: view.is_stale ? "wb-old" : null, text })))]] : []),
+        others.map((text) => W.make("p", { class: view.is_stale ? "wb-old" : null, ...W.spoken(text) })))]] : []),
       ["chain", "", () => chainSection(view), (node) => node.refresh(view)],
       ...(Object.keys(data.goals).length ? [["limits", data.goals, () => limits(data.goals)]] : []),
       ...(data.next_steps.length ? [["next", data.next_steps, () => W.section(W.word("next"), list(data.next_steps))]] : []),
-      ...(missing.length ? [["missing", missing, () => W.section(W.word("missing"), W.make("ul", {}, missing.map((text) => W.make("li", { text }))))]] : []),
+      ...(missing.length ? [["missing", missing, () => W.section(W.word("missing"), W.make("ul", {}, missing.map((text) => W.make("li", W.spoken(text)))))]] : []),
       ...(W.isExport ? [] : [["intake", "", () => W.intake(view), (node) => node.refresh(view)]]), same]);
     },
   };

@@ -54,7 +54,7 @@ window.Workbench = window.Workbench || { views: {} };
       : W.word("follows.label", { output: response.output, input: response.input });
     chart.set({ lines: [...(response.earlier ? [{ x: response.frequency_hz, y: response.earlier, kind: "saved y", name: W.word("follows.before") }] : []),
       { x: response.frequency_hz, y: response.size, kind: "now", name: W.word("follows.now") }] });
-    return W.section(W.word("follows"), W.make("p", { id: "wb-followed", text: `${words} ${response.status}` }), chart.node);
+    return W.section(W.word("follows"), W.make("p", { id: "wb-followed", text: `${words} ${W.spoken(response.status).text}` }), chart.node);
   }
   const query = (key) => () => chosen[key] ? "?test=" + encodeURIComponent(chosen[key]) : "";
   const titles = () => ({ modes: W.word("page.modes"), correlate: W.word("page.correlate"), blows: W.word("page.blows") });
@@ -95,14 +95,14 @@ window.Workbench = window.Workbench || { views: {} };
         } catch (error) { said.textContent = error.message; said.className = "wb-fault"; }
       };
       const row = (hit) => [hit.name, hit.struck, W.number(hit.force_n, 4), W.make("span", {}, W.make("span", { class: "mark " + (hit.accepted ? "good" : "doubtful"),
-        text: W.word(hit.accepted ? "accepted" : "refused") + (hit.by_hand ? ", " + W.word("by.hand") : "") })), hit.reasons.join("; "),
+        text: W.word(hit.accepted ? "accepted" : "refused") + (hit.by_hand ? ", " + W.word("by.hand") : "") })), W.make("span", W.spoken(hit.reasons.join("; "))),
       data.can_decide && !W.isExport ? W.make("span", { class: "wb-row" }, W.make("button", { type: "button", text: W.word("rec.hear"), "aria-label": `${W.word("rec.hear")} ${hit.name}`, onclick: () => W.hearBlow(heard, data.test, hit.name, false) }), W.make("button", { type: "button", text: W.word(hit.accepted ? "refuse" : "accept"), "aria-label": `${W.word(hit.accepted ? "refuse" : "accept")} ${hit.name}`, onclick: decide(hit.name, !hit.accepted) })) : ""];
       const head = [W.word("blow"), W.word("struck"), W.word("force"), W.word("verdict"), W.word("reasons"), ""];
       const odd = data.hits.filter((hit) => !hit.accepted || hit.by_hand || hit.reasons.length), good = data.hits.filter((hit) => !odd.includes(hit));
       place.replaceChildren(...W.head(view, W.word("view.blows")), ...[chooser(view, "blows")].filter(Boolean), said, follows, heard,
         W.section(W.word("blows.odd"), odd.length ? W.table(head, odd.map(row)) : W.make("p", { text: W.word("none") })),
         W.section(W.word("blows.good"), W.make("details", {}, W.make("summary", { text: W.word("blows.count", { n: good.length }) }), W.make("div", { class: "wb-inside" }, W.table(head, good.map(row))))),
-        ...(data.notes.length ? [W.section(W.word("notes"), W.make("ul", {}, data.notes.map((text) => W.make("li", { text }))))] : []),
+        ...(data.notes.length ? [W.section(W.word("notes"), W.make("ul", {}, data.notes.map((text) => W.make("li", W.spoken(text)))))] : []),
         ...data.pages.map((name) => W.section(titles().blows, W.pageFrame(name, titles().blows))), W.same(view));
     },
   };

@@ -41,10 +41,14 @@ window.Workbench = window.Workbench || { views: {} };
       if (all.every((part) => part !== null)) return all.join(joint);
     }
     const colon = text.indexOf(": "), rest = colon > 0 && colon < LONGEST_NAME && !text.slice(0, colon).includes("; ") ? translate(text.slice(colon + 2)) : null;
+    if (rest === null && text.endsWith(".")) { const said = translate(text.slice(0, -1)); return said === null ? null : said + "."; }
     return rest === null ? null : `${translate(text.slice(0, colon)) ?? text.slice(0, colon)}: ${rest}`;
   }
+  // The shape view is that of the reports, which are English: here it asks for its words.
+  window.ToolpointSay = (text) => chosen["shape." + text] || english["shape." + text] || text;
+
   W.spoken = function (text) {
-    const words = sentences.length ? translate(text) : null;
+    const words = sentences.length ? translate(text.replaceAll(" .. ", " … ")) : null; // pages write an interval so
     return words === null ? { text, lang: "en" } : { text: words, lang: W.language() };
   };
   function readSentences(pairs) {

@@ -88,7 +88,7 @@ class HillDeterminant:
             return TURNING_REASON
         if problem.speed_variation is not None:
             return ("spindle-speed variation; delays must be constant in time (identify modes where the dynamics are "
-                    "measured, and use PanelArnoldi() or Collocation())")
+                    "measured, and use PanelArnoldi() or Collocation(): --method panel, collocation)")
         return None
 
     def solve(self, problem: Problem, speeds: FloatArray, depth_max: float, *, warm: WarmStart | None = None
@@ -138,4 +138,4 @@ def _check_affordable(problem: MillingProblem, response: HarmonicResponse, speed
     if size > rows_max:
         fail("speeds", f"{speed:g} rev/min needs a matrix of {size} (highest frequency times period)",
              f"must be at most {rows_max}", remedy="leave out the modes or FRF lines far above the chatter band, raise the "
-             "least speed, or identify modes and use PanelArnoldi()")
+             "least speed, or identify modes and use PanelArnoldi() (--method panel)")

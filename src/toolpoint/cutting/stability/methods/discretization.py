@@ -176,9 +176,10 @@ def _refusal(problem: Problem) -> str | None:
         return TURNING_REASON
     if not problem.tool.is_regular or problem.tool.has_helix or problem.process_damping > 0 or problem.speed_variation:
         return ("unequal pitch, helix, process damping or speed variation; must have straight teeth of equal pitch "
-                "(use method=Collocation() or PanelArnoldi())")
+                "(use PanelArnoldi() or Collocation(): --method panel, collocation)")
     if problem.plane.size != 2 or problem.tool.corner_radius > 0:
-        return "the direction z or a rounded edge; must be a cylindrical cut in the plane (use PanelArnoldi())"
+        return ("the direction z or a rounded edge; must be a cylindrical cut in the plane (use PanelArnoldi(): --method "
+                "panel)")
     return None if problem.plane.is_modal else MEASURED_REASON
 
 

@@ -11,6 +11,7 @@ import plotly.graph_objects as go
 from numpy.typing import ArrayLike
 
 from toolpoint._check import Array, FloatArray, fail, floats, increasing, nonnegative
+from toolpoint._rounding import text_below
 from toolpoint.plot.figures.theme import COLOURS, MARK, STABLE, figure, plain, with_alpha
 
 _MIN_LABEL_SHARE = 0.15  # of the chart's height, below which a label under a curve has no room
@@ -34,6 +35,8 @@ class StabilityCurve:
         Stated error of the depth, m, shown on hover.
     kind : (n,) str, optional
         Type of instability (Hopf, flip, fold), shown on hover.
+    lowest : (rev/min, m), optional
+        Least limit between the charted speeds, which the label on the curve names in place of the least charted one.
 
     >>> curve = StabilityCurve(np.array([6000.0, 8000.0]), np.array([1e-3, 2e-3]))
     >>> stability_chart(curve).layout.yaxis.title.text
@@ -46,6 +49,7 @@ class StabilityCurve:
     chatter_frequency: FloatArray | None = None
     error: FloatArray | None = None
     kind: Sequence[str] | None = None
+    lowest: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
         speed = increasing("speed_rpm", floats("speed_rpm", self.speed_rpm))
@@ -173,9 +177,11 @@ def _label_least(chart: go.Figure, curve: StabilityCurve, depth_top: float) -> N
     if not np.isfinite(depth[lowest]) or not _MIN_LABEL_SHARE * depth_top < depth[lowest] < depth_top:
         return
     share = lowest / max(depth.size - 1, 1)
+    speed, least_depth = curve.lowest or (float(curve.speed_rpm[lowest]), float(depth[lowest]))
+    what = "least" if curve.lowest else "least charted"
     chart.add_annotation(
-        x=float(curve.speed_rpm[lowest]), y=1e3 * float(depth[lowest]), ax=0, ay=30, arrowhead=0, arrowwidth=1, arrowcolor=MARK,
-        text=f"{plain(curve.name)}, least charted {1e3 * depth[lowest]:.3g} mm", font={"size": 11}, yanchor="top",
+        x=speed, y=1e3 * least_depth, ax=0, ay=30, arrowhead=0, arrowwidth=1, arrowcolor=MARK,
+        text=f"{plain(curve.name)}, {what} {text_below(1e3 * least_depth)} mm", font={"size": 11}, yanchor="top",
         xanchor="left" if share < _LABEL_END_SHARE else "right" if share > 1 - _LABEL_END_SHARE else "center")
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -13,7 +14,9 @@ from toolpoint._notebook import NotebookText
 from toolpoint._rounding import MIN_PRINTED_ERROR_RATIO, text_below
 from toolpoint.cutting import StabilityChart, stability
 from toolpoint.cutting.advice.best_speed import from_chart
+from toolpoint.cutting.build import find_material
 from toolpoint.cutting.cut.problem import TurningProblem
+from toolpoint.cutting.force.materials import materials
 from toolpoint.cutting.stability.methods.mode_coupling import ModeCoupling, mode_coupling
 from toolpoint.studies.cuts.lobes_study import doubtful_limits
 from toolpoint.studies.cuts.tip_doubts import withheld_words
@@ -36,7 +39,7 @@ class TurningCut:
     cutting : K_f along the thickness of the chip, Pa; tangential : K_t along the cutting speed, Pa; normal : direction in which
     the chip is thick, from the work into the tool (None: the first known direction of the dynamics); velocity : direction in
     which the work moves past the edge (None: y); process_damping : C, N/m, which needs cutting_speed (m/s, at every spindle
-    speed) or diameter (m, the speed being pi D n).
+    speed) or diameter (m, the speed being pi D n); source : where the coefficients come from, empty where they are your own.
 
     Examples
     --------
@@ -51,6 +54,38 @@ class TurningCut:
     process_damping: float = 0.0
     cutting_speed: float | None = None
     diameter: float | None = None
+    source: str = ""
+
+
+def describe_turning(cutting: float | None = None, tangential: float | None = None, *, material: str | None = None,
+                     **geometry: Any) -> TurningCut:
+    """Return a turning cut of given coefficients (Pa), or of a material of the literature table.
+
+    K_f of a material is its normal coefficient K_n, K_t its tangential one: the sets are of milling tests, where the thickness
+    of the chip is measured along the normal too, and charts of such a cut carry a doubt. Coefficients that are given take the
+    place of the table's; `geometry` are the further fields of `TurningCut`. Raises ToolpointError where neither is there, and
+    for an unknown material or one whose source has no normal coefficient.
+
+    >>> cut = describe_turning(material="al7075", normal=(1.0, 0.0, 0.0))
+    >>> bool(cut.cutting < cut.tangential)
+    True
+    """
+    if material is None:
+        if cutting is None:
+            raise ToolpointError("`kf`: missing; must be the coefficient along the thickness of the chip, or give a `material` "
+                                 "of the literature table: " + ", ".join(materials()))
+        return TurningCut(cutting, tangential or 0.0, **geometry)
+    entry, number = find_material(material)
+    if not entry.sets:
+        if cutting is None:
+            raise ToolpointError(f"`material`: the source for {entry.material} gives the tangential force only, and not "
+                                 "the one along the thickness of the chip; give `kf` and, where it matters, `kt` instead")
+        raise ToolpointError(f"`material`: the tangential coefficient of {entry.material} follows the thickness of the chip; "
+                             "give `kt` beside `kf`, and leave the material out")
+    table = entry.sets[number - 1]
+    cut = TurningCut(table.kn if cutting is None else cutting, table.kt if tangential is None else tangential, **geometry)
+    is_own = cutting is not None and tangential is not None
+    return cut if is_own else replace(cut, source=f"{entry.material}, set {number} of {len(entry.sets)}, {entry.source}")
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,19 +117,19 @@ class TurningStudy(NotebookText):
             finite = np.isfinite(limit.width)
             remark = (f"{_error_words(limit.width, limit.error)}chatter at {limit.frequency:.1f} Hz above" if finite
                       else "no negative real part")
-            rows.append(["stable at every speed", "", f"below {1e3 * limit.width:.4f}" if finite else "every width",
+            rows.append(["stable at every speed", "", f"below {text_below(1e3 * limit.width)}" if finite else "every width",
                          remark + ("" if self.problem.plane.is_modal else ", of the measured band")
                          + (" (doubtful)" if self.doubts else "")])
         if self.coupling is not None:
             coupling_width, is_finite = self.coupling.depth, np.isfinite(self.coupling.depth)
-            width = f"above {1e3 * coupling_width:.4f}" if is_finite else f"no width to {1e3 * chart.depth_max:.3g}"
+            width = f"above {text_below(1e3 * coupling_width)}" if is_finite else f"no width to {1e3 * chart.depth_max:.3g}"
             remark = f"at {self.coupling.frequency:.1f} Hz" if is_finite else "this force direction couples no modes"
             rows.append(["unstable by mode coupling at any speed", "", width, remark])
         lowest, highest = int(np.argmin(chart.limit)), int(np.argmax(np.minimum(chart.limit, chart.depth_max)))
         for name, index in (("lowest limit of the chart", lowest), ("highest limit of the chart", highest)):
             value, error = float(chart.limit[index]), float(chart.limit_error[index])
             rows.append([name, f"{chart.speeds[index]:.0f}",
-                         f"{1e3 * value:.4f}" if np.isfinite(value) else f"above {1e3 * chart.depth_max:.3g}",
+                         text_below(1e3 * value) if np.isfinite(value) else f"above {1e3 * chart.depth_max:.3g}",
                          _error_words(value, error).rstrip(", ")])
         if self.withheld:
             return [*rows, ["best cut of the chart", "-", "-", withheld_words(self.withheld)]]
@@ -198,6 +233,10 @@ def build_turning(dynamics: ToolDynamics, cut: TurningCut) -> tuple[TurningProbl
         force = normal + cut.tangential / cut.cutting * velocity
         notes.append(f"K_t acts along {_vector(velocity)}, the way of the work past the edge")
     notes.append(f"the chip is thick along {_vector(normal)}")
+    if cut.source:
+        notes.append(Doubt("coefficients", f"K_f {cut.cutting / 1e6:.4g} and K_t {cut.tangential / 1e6:.4g} N/mm^2 come from "
+                           f"milling tests of others ({cut.source}): rake, edge, wear and feed of your tool are not theirs",
+                           "measure them on your own cut (calibrate), or give --kf"))
     plane = orient(dynamics.response, labels, normal, force=force)
     return TurningProblem(cut.cutting, plane, None, cut.process_damping, cut.cutting_speed, cut.diameter), notes
 
