@@ -23,6 +23,7 @@ from toolpoint.io.program.gcode import parse
 from toolpoint.material_removal import Stock
 from toolpoint.studies.cuts.tool_dynamics import ToolDynamics
 from toolpoint.studies.machines.tool_point import milling_problem
+from toolpoint.studies.machining.errors.servo_course import drives_of_path
 from toolpoint.studies.machining.errors.wall_errors import feed_mark_height
 from toolpoint.studies.machining.result import MachiningStudy
 from toolpoint.vibration import Modes
@@ -36,11 +37,15 @@ SLOT = "G0 X-10 Y0 Z5\nG0 Z-2\nS12000 G1 X70 F2400\n"
 DOWN = "G0 X-10 Y31\nG0 Z-2\nS12000 G1 X70 F2400\n"
 
 
-def _drives(limit: float | None = None) -> DriveDescription:
+def _drives(limit: float | None = None, *, with_table: bool = False) -> DriveDescription:
     axis = DriveAxisDescription(
         mechanics=MechanicsDescription("rigid", lead=0.01, inertia=0.005), position=PositionDescription(gain=GAIN),
         velocity=VelocityDescription(gain=VELOCITY_GAIN, limit=limit))
-    return DriveDescription("table", {"X": axis, "Y": axis}, LimitsDescription(0.5, 2.0, 50.0))
+    turning = DriveAxisDescription(
+        mechanics=MechanicsDescription("reducer", inertia=3e-5, gear_ratio=100.0, load_inertia=3.2, torsion=3e4),
+        position=PositionDescription(gain=GAIN), velocity=VelocityDescription(gain=0.02))
+    axes = {"X": axis, "Y": axis, **({"C": turning} if with_table else {})}
+    return DriveDescription("table", axes, LimitsDescription(0.5, 2.0, 50.0))
 
 
 def _tip(size: float = 1.0) -> ToolDynamics:
@@ -57,8 +62,13 @@ def _block(result: MachiningStudy, line: int) -> int:
 
 
 def test_a_servo_without_integral_yields_by_its_stiffness() -> None:
-    """Static law: F h^2/(K_p K_v), h the travel of a radian, K_p the velocity loop's gain, K_v the position loop's."""
-    result = _run(SLOT, drives=_drives())
+    """Static law: F h^2/(K_p K_v), h the travel of a radian, K_p the velocity loop's gain, K_v the position loop's.
+
+    A rotary axis of the drive file stands still in a program of three axes.
+    """
+    result = _run(SLOT, drives=_drives(with_table=True))
+    assert "The program does not turn C: these axes are taken as clamped." in result.notes
+    assert drives_of_path(_drives(with_table=True))[0] == _drives()
     assert result.errors is not None
     k, errors = _block(result, 3), result.errors.columns
     along, across = (abs(float(np.median(result.loads.force[result.loads.lateral > 0, axis]))) for axis in (0, 1))  # type: ignore[union-attr]

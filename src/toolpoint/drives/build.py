@@ -121,6 +121,7 @@ def build_mechanics(axis: DriveAxisDescription, nut_position: float | None = Non
 
 def _screw_axis(m: MechanicsDescription, nut_position: float, shaft: FrictionLaw | None, guide: FrictionLaw | None
                 ) -> Mechanics:
+    """Return a ball screw in lumps with the friction of its shaft (N m) and guide (N); `nut_position` in m."""
     nut = _number(m, "nut_stiffness")
     return ball_screw_axis(
         _number(m, "inertia"), _coupling(m),
@@ -132,10 +133,12 @@ def _screw_axis(m: MechanicsDescription, nut_position: float, shaft: FrictionLaw
 
 
 def _coupling(m: MechanicsDescription) -> Coupling:
+    """Return the coupling between motor and screw, progressive where the twist that doubles its torque is given."""
     return Coupling(_number(m, "coupling_stiffness"), m.coupling_damping, doubling_twist=m.coupling_doubling_twist)
 
 
 def _contact(m: MechanicsDescription, stiffness: float) -> Contact | None:
+    """Return the nut with backlash or preload, of a stiffness in N/m; None for a linear one."""
     if m.backlash is not None:
         return Contact.with_backlash(stiffness, m.backlash)
     return Contact.preloaded(stiffness, m.preload) if m.preload is not None else None
@@ -177,6 +180,7 @@ def build_motor(part: MotorDescription | None) -> SynchronousMotor | TorqueMotor
 
 
 def _synchronous(part: MotorDescription) -> SynchronousMotor:
+    """Return a synchronous motor; without a second inductance it has none that differs (L_q = L_d)."""
     # Torque per A(rms) against flux linkage: T = 3/2 p psi i_q, i_q = sqrt(2) I.
     flux = part.flux if part.flux is not None else _number(part, "torque_constant") * np.sqrt(2) / (3 * part.pole_pairs)
     return SynchronousMotor(part.pole_pairs, part.resistance, part.inductance_d, part.inductance_q or part.inductance_d, flux)
@@ -196,6 +200,7 @@ def build_controller(axis: DriveAxisDescription) -> Controller:
 
 
 def _current_loop(c: CurrentDescription, motor: MotorDescription) -> CurrentLoop:
+    """Return the current loop: of a bandwidth by pole cancellation, else of gain and integral as they stand."""
     model = _synchronous(c.model or motor)
     if c.bandwidth is not None:
         return CurrentLoop.from_bandwidth(model, c.bandwidth, sample_time=c.sample_time, delay=c.delay,

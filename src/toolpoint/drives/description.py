@@ -244,7 +244,7 @@ class DriveAxisDescription:
 
 @dataclass(frozen=True)
 class LimitsDescription:
-    """Limits of the set points along the path."""
+    """Limits of the set points along the path: speed (m/s), acceleration (m/s^2), jerk (m/s^3)."""
 
     speed: PositiveFeed
     acceleration: PositiveAcceleration

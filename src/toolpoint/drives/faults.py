@@ -59,6 +59,7 @@ def find_faults(drives: DriveDescription) -> Faults:
 
 
 def _axis_faults(axis: DriveAxisDescription) -> Faults:
+    """Yield the faults of one axis, those of its parts in file order."""
     yield from _mechanics_faults(axis.mechanics)
     if axis.mechanics.kind == "ball-screw" and axis.ends is None:
         yield (), "'ends' is missing; a ball screw needs base, table, tool and the stiffness it replaces"
@@ -74,6 +75,7 @@ def _axis_faults(axis: DriveAxisDescription) -> Faults:
 
 
 def _mechanics_faults(m: MechanicsDescription) -> Faults:
+    """Yield keys that the kind of the mechanics lacks, and numbers that contradict each other."""
     yield from _missing(("mechanics",), m, _KEYS_OF_KIND[m.kind], f"a {m.kind} axis")
     if m.backlash is not None and m.preload is not None:
         yield ("mechanics", "preload"), "a nut or a rack has either backlash or a preload; leave one out"
@@ -100,6 +102,7 @@ def _mechanics_faults(m: MechanicsDescription) -> Faults:
 
 
 def _friction_faults(name: str, law: FrictionDescription | GuideFrictionDescription) -> Faults:
+    """Yield the keys that a friction law lacks; `name`: of the friction in the file."""
     yield from _missing((name,), law, _KEYS_OF_LAW.get(law.law, ()), f"the law {law.law!r}")
     if law.static is not None and law.law != "two-exponential" and law.static < law.coulomb:
         yield (name, "static"), f"{law.static:g} is below the Coulomb level {law.coulomb:g}; exchange the two"
@@ -110,6 +113,7 @@ def _friction_faults(name: str, law: FrictionDescription | GuideFrictionDescript
 
 
 def _velocity_faults(axis: DriveAxisDescription) -> Faults:
+    """Yield the faults of the velocity loop and its filters."""
     velocity = axis.velocity
     for i, part in enumerate(velocity.filters):
         yield from _missing(("velocity", "filters", i), part, _KEYS_OF_FILTER[part.kind], f"a {part.kind}")
@@ -125,6 +129,7 @@ def _velocity_faults(axis: DriveAxisDescription) -> Faults:
 
 
 def _motor_faults(axis: DriveAxisDescription) -> Faults:
+    """Yield the faults of a motor and of a current loop without one."""
     if (axis.motor is None) != (axis.current is None):
         absent = "motor" if axis.motor is None else "current"
         yield (), f"{absent!r} is missing; motor and current loop are given together, or both left out"
@@ -137,6 +142,7 @@ def _motor_faults(axis: DriveAxisDescription) -> Faults:
 
 
 def _current_faults(current: CurrentDescription) -> Faults:
+    """Yield the faults of a current loop: bandwidth, or gain and integral."""
     by_bandwidth, by_gain = current.bandwidth is not None, current.gain is not None or current.integral is not None
     if by_bandwidth == by_gain or (not by_bandwidth and current.gain is None):
         yield ("current",), "give either bandwidth, or gain and integral"
@@ -145,6 +151,7 @@ def _current_faults(current: CurrentDescription) -> Faults:
 
 
 def _sample_faults(axis: DriveAxisDescription) -> Faults:
+    """Yield the sample times that are no whole multiples of those of the loop within."""
     for (inner_loop, short), (outer_loop, long) in pairwise(sample_times(axis).items()):
         ratio = long / short
         if ratio < 0.999 or abs(ratio - round(ratio)) > 1e-6:
@@ -173,6 +180,7 @@ def _clock_faults(drives: DriveDescription) -> Faults:
 
 
 def _missing(key: Key, part: object, names: tuple[str, ...], whose: str) -> Faults:
+    """Yield each of the keys `names` that a part lacks; `whose`: what needs them, in words."""
     for name in names:
         if getattr(part, name) in (None, ()):
             yield key, f"{name!r} is missing; {whose} needs it"

@@ -156,7 +156,8 @@ def _ends(goal: Mapping[str, Any]) -> tuple[float, float]:
 
 def verdict_of(values: list[float | None], intervals: list[tuple[float, float] | None]) -> str:
     """Return whether two numbers differ by more than their 95 % intervals say."""
-    if None not in values and _is_equal(*values):  # type: ignore[arg-type]
+    value, other = values
+    if value is not None and other is not None and _is_equal(value, other):
         return "the same"
     first, second = intervals
     if first is None or second is None:

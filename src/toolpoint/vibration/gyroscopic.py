@@ -33,6 +33,7 @@ def gyroscopic_modes(system: SecondOrderSystem, keep: int | None = None) -> Mode
     poles, right, left = poles[:keep], right[:, :keep], left[:, :keep]
     omega = np.abs(poles)
     ratio = -poles.real / omega
+    # A real pole has ratio 1 to rounding, and must not count as one that oscillates.
     ratio = np.where(np.abs(ratio) > 1 - 1e-12, np.sign(ratio), ratio)
     return Modes(omega / (2 * np.pi), ratio, system.output_map @ right, system.outputs, "modal A", "viscous",
                  participation=system.input_map.T @ left, input_dofs=system.inputs, notes=system.notes)
@@ -50,6 +51,7 @@ def gyroscopic_pencil(system: SecondOrderSystem) -> tuple[ComplexArray, ComplexA
     if (np.abs(poles) <= RIGID_TOLERANCE * largest).any():
         fail("system", "a rigid-body mode", "gyroscopic modes need a system that is held",
              remedy="hold the free directions, or use frequency_response.direct")
+    # By unit columns: displacements and rates differ by the frequency, which is no sign of a defect.
     if np.linalg.cond(states / np.linalg.norm(states, axis=0)) > MAX_PENCIL_CONDITION:
         fail("system", "a defective pencil (critical damping, or a limit of stability)", "its modes do not exist",
              remedy="change the damping or the spin a little, or use frequency_response.direct")

@@ -101,6 +101,8 @@ def frequencies(system: SecondOrderSystem, derivatives: MatrixDerivatives, modes
     slopes = eigenvalue_slopes(squares[..., :keep], vectors[..., :keep], derivatives)
     omega = np.sqrt(np.maximum(squares[..., None, :keep], 0.0))
     with np.errstate(divide="ignore", invalid="ignore"):
+        # df = d(w^2) / (4 pi w): a rigid mode that a parameter does not touch has slope zero, one that it holds has none
+        # that is finite.
         return np.where(slopes == 0, 0.0, slopes / (4 * np.pi * omega))
 
 
@@ -111,6 +113,7 @@ def eigenvalue_slopes(squares: FloatArray, vectors: FloatArray, derivatives: Mat
         slopes = slopes + _quadratic(derivatives.stiffness, vectors)
     if derivatives.mass is not None:
         slopes = slopes - squares[..., None, :] * _quadratic(derivatives.mass, vectors)
+    # The plain form holds for single roots; only where two are equal is their group asked, as that goes pose by pose.
     gaps = np.diff(squares, axis=-1)
     if (gaps <= EQUAL_ROOT_TOLERANCE * np.maximum(np.abs(squares[..., 1:]), 1e-300)).any():
         slopes = _split_repeated(squares, vectors, derivatives, slopes)
@@ -230,6 +233,7 @@ def _derivative_in_group(group: list[int], i: int, values: Array, slopes: Array,
             from_others: Array) -> tuple[Array, bool]:
     """Return the part of a vector's derivative inside its own group of repeated roots."""
     shape = basis[:, i]
+    # From z^T A z = 1: the vector's own part of its derivative is half of what the product gains.
     result = -0.5 * (shape @ da @ shape) * shape
     is_undetermined = False
     slope_scale = max(float(np.abs(slopes[group]).max()), 1e-300)
@@ -238,6 +242,7 @@ def _derivative_in_group(group: list[int], i: int, values: Array, slopes: Array,
             continue
         gap = slopes[i] - slopes[j]
         mass_coupling = basis[:, j] @ da @ shape
+        # Roots that stay equal leave their vectors free: only the part that keeps them orthogonal in A is taken.
         if abs(gap) <= 1e-7 * slope_scale:
             is_undetermined = True
             result = result - 0.5 * mass_coupling * basis[:, j]
@@ -291,6 +296,7 @@ def _viscous(system: SecondOrderSystem, derivatives: MatrixDerivatives) -> ModeD
         unknown.append(undetermined[keep])
     slope = np.stack(slopes)
     size = np.abs(poles)
+    # d|s| = Re(conj(s) ds) / |s|; the damping ratio is -Re(s)/|s|.
     change = np.real(poles.conj() * slope) / size
     ratio = -(slope.real - poles.real * change / size) / size
     return ModeDerivatives(derivatives.names, system.outputs, slope, change / (2 * np.pi), ratio, np.stack(shapes),
@@ -309,6 +315,7 @@ def frequency_response(
     transposed_matrices: dict[str, Any] = {
         name: None if (value := getattr(system, name)) is None else np.swapaxes(value, -1, -2)
         for name in ("mass", "stiffness", "damping", "structural_damping")}
+    # Of L Z^-1 the transposed equation is solved: as many right sides as outputs, not as coordinates.
     transposed = replace(system, **transposed_matrices)
     for line, w in enumerate(omega):
         right = np.linalg.solve(system.dynamic_stiffness(w), system.input_map + 0j)

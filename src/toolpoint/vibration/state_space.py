@@ -141,6 +141,7 @@ def hold_matrices(a: FloatArray, b: FloatArray, step: float) -> tuple[FloatArray
     n, m = b.shape
     block = np.zeros((n + 2 * m, n + 2 * m))
     block[:n, :n], block[:n, n:n + m] = a * step, b * step
+    # The input is a state whose rate is its slope: the last columns of the exponential integrate a ramp.
     block[n:n + m, n + m:] = np.eye(m)
     e = scipy.linalg.expm(block)
     return e[:n, :n], e[:n, n:n + m], e[:n, n + m:]
@@ -155,6 +156,7 @@ def physical(system: SecondOrderSystem, outputs: str = "displacement") -> StateS
     _check_time_domain(system)
     n = system.size
     c = np.zeros((n, n)) if system.damping is None else system.damping
+    # One factorisation of M for stiffness, damping and inputs.
     inverse = np.linalg.solve(system.mass, np.concatenate([system.stiffness, c, system.input_map], axis=1))
     a = np.block([[np.zeros((n, n)), np.eye(n)], [-inverse[:, :n], -inverse[:, n:2 * n]]])
     b = np.concatenate([np.zeros((n, len(system.inputs))), inverse[:, 2 * n:]])

@@ -265,7 +265,8 @@ def _copy_x_to_y(matrix: Array) -> Array:
 
 def _static(modes: Modes, directions: tuple[Label, ...]) -> Array:
     inputs = modes.input_dofs or modes.dofs
-    rows = _signed(modes.upper_residual, modes.dofs, directions, 0)  # type: ignore[arg-type]
+    assert modes.upper_residual is not None
+    rows = _signed(modes.upper_residual, modes.dofs, directions, 0)
     return _signed(rows, inputs, directions, 1)
 
 

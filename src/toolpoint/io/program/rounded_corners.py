@@ -34,6 +34,7 @@ from toolpoint.io.program.path_rows import (
 )
 
 if TYPE_CHECKING:
+    from toolpoint.io.program.radius_compensation import Compensation
     from toolpoint.io.program.segments import Remarks, Segments
 
 ROUND, LEG, CHAMFER = "rounding", "chamfer by its legs", "chamfer by its length"
@@ -199,7 +200,7 @@ def _insert(segments: Segments, inserted: dict[int, Row]) -> None:
     """Put rows before others, and give what is kept of rows by number its new numbers."""
     rows, index = list[Row](), dict[int, int]()
     compensations = dict(segments.compensations)
-    moved = dict[int, object]()
+    moved: dict[int, Compensation] = {}
     for k, row in enumerate(segments.rows):
         if k in inserted:
             rows.append(inserted[k])
@@ -208,7 +209,7 @@ def _insert(segments: Segments, inserted: dict[int, Row]) -> None:
         rows.append(row)
         index[k] = len(rows) - 1
     segments.rows = rows
-    segments.compensations = {index[k]: value for k, value in compensations.items()} | moved  # type: ignore[assignment]
+    segments.compensations = {index[k]: value for k, value in compensations.items()} | moved
     segments.waits = {index[k]: value for k, value in segments.waits.items()}
     segments.unseen = {index[k] for k in segments.unseen}
     segments.directions = {index[k]: value for k, value in segments.directions.items()}

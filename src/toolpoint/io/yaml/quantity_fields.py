@@ -43,11 +43,11 @@ class Scalar:
         """Refuse a bare number above the limit of a ratio as the percentage that it may be: damping_ratio: 3."""
         limit = self.lt if self.lt is not None else self.le
         bare = value.strip() if isinstance(value, str) else value
-        if self.kind is not units.RATIO or limit is None or isinstance(value, bool):
+        if self.kind is not units.RATIO or limit is None or isinstance(bare, bool) or not isinstance(bare, str | float | int):
             return
         try:
-            number = float(bare)  # type: ignore[arg-type]
-        except (TypeError, ValueError):
+            number = float(bare)
+        except ValueError:
             return
         if 1 <= number <= MAX_BARE_PERCENT and (number > limit or (number == limit and self.lt is not None)):
             raise UnitError(f"{number:g} is a ratio; must be {'below' if self.lt is not None else 'at most'} {limit:g} "

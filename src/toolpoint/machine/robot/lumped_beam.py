@@ -62,6 +62,7 @@ def _section(name: str, member: RobotMember, along: int) -> tuple[float, float, 
 
 
 def _check_wall(name: str, inner_width: float) -> None:
+    """Raise ToolpointError for walls that leave no hollow (an inner width below zero, m)."""
     if inner_width < 0:
         fail(f"members.{name}.wall", "thicker than half the section", "must leave it hollow",
              remedy="leave it out for a solid member")

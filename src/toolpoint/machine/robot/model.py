@@ -184,14 +184,17 @@ def calibrate_density(sheet: RobotDatasheet, meshes: Meshes | None = None) -> fl
 
 
 def _is_placed(sheet: RobotDatasheet, axis: str) -> bool:
+    """Whether the datasheet says where the motor of an axis is."""
     return any(place.axis == axis for place in sheet.motor_places)
 
 
 def _filled_volume(name: str, member: RobotMember, meshes: Meshes) -> float:
+    """Return the volume of a member times its fill, m^3: its mass at a density of one."""
     return mass_properties(_body(name, member, 1.0, meshes)).mass
 
 
 def _body(name: str, member: RobotMember, density: float, meshes: Meshes) -> d.BodyDescription:
+    """Return the rigid body of a member of stated mass, or of a density (kg/m^3) times its fill."""
     shape = None
     if member.kind == "mesh":
         if name not in meshes:
@@ -265,11 +268,13 @@ class _Gathered:
         self._hold((link, None), (f"{link}_end", None), cut)
 
     def _solid(self, name: str) -> SolidBody:
+        """Return the finite elements of a member; raises where they are not given."""
         if name not in self.solids:
             fail(f"members.{name}.mesh", "no finite elements", "must be given", remedy="read the datasheet from its file")
         return self.solids[name]
 
     def _hold(self, start: Holder, end: Holder, cut: tuple[int, float, float] | None) -> None:
+        """Keep the bodies at the start and the end of a link, and the cut (way, sense, place) between its halves."""
         self.starts.append(start)
         self.ends.append(end)
         self.cuts.append(cut)
@@ -281,6 +286,7 @@ class _Gathered:
         return self.ends[number] if is_beyond else self.starts[number]
 
     def _fix(self, name: str, holder: Holder, body: d.BodyDescription) -> None:
+        """Fix a body to the half of a link or the face that holds it."""
         self.bodies[name] = body
         self.joints[f"fixing_{name}"] = d.JointDescription(holder[0], name, parent_interface=holder[1], source="fixed")
 
@@ -313,6 +319,7 @@ class _Gathered:
 
 
 def _in_machine_frame(body: d.BodyDescription) -> d.BodyDescription:
+    """Return a body with mass, centre and inertia in the machine frame at the reference pose."""
     properties = mass_properties(body).moved(frame(body.frame))
     tensor = properties.inertia
     inertia = d.InertiaDescription(float(tensor[0, 0]), float(tensor[1, 1]), float(tensor[2, 2]), float(tensor[0, 1]),
@@ -332,5 +339,6 @@ def _reducer_joint(parent: Holder, child: Holder, place: FloatArray, *, reducer:
 
 
 def _vector(values: FloatArray) -> d.Vector:
+    """Return three numbers as plain floats, as descriptions hold them."""
     x, y, z = (float(v) for v in values)
     return x, y, z

@@ -52,4 +52,5 @@ def with_rotors(description: d.MachineDescription, sheet: RobotDatasheet, speeds
 
 
 def _polar(inertia: FloatArray, axis: FloatArray) -> float:
+    """Return the moment of inertia about a unit axis, kg m^2."""
     return float(axis @ inertia @ axis)

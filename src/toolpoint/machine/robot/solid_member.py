@@ -24,7 +24,7 @@ from toolpoint.machine.description.elastic import (
 from toolpoint.machine.robot.datasheet import RobotMember
 from toolpoint.machine.robot.lumped_beam import MEMBER_POISSON_RATIO
 
-NEAR_FACE, FAR_FACE = "near", "far"
+NEAR_FACE, FAR_FACE = "near", "far"  # interfaces at the joint before and at the next one
 # Chosen: thickness of the ends over that of the walls; flange as a fraction of a face (of a round one: of the square within
 # it); band in which free modes are kept (Hz); elements along the longest edge.
 END_WALL_RATIO, FLANGE_FRACTION, MEMBER_BAND, LONGEST_EDGE_ELEMENTS = 3.0, 0.9, 1000.0, 6
@@ -95,6 +95,7 @@ def middle_of(member: RobotMember) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _outer_size(member: RobotMember) -> np.ndarray:
+    """Return the edges (3,) of the box around a member, m."""
     if member.kind == "box":
         return np.array(member.size)
     assert member.diameter is not None and member.length is not None
@@ -115,4 +116,5 @@ def _end(member: RobotMember, side: float) -> PatchDescription:
 
 
 def _place(values: np.ndarray) -> tuple[float, ...]:
+    """Return a place as plain floats."""
     return tuple(float(v) for v in values)

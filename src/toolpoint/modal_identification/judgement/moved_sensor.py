@@ -182,7 +182,7 @@ def estimate_sensor_mass(frf: Frf, modes: Modes) -> SensorMass | None:
 
 
 def steady_modes(modes: Modes) -> list[int]:
-    """Return the modes but those that are faint and whose points move in no common phase."""
+    """Return the modes without those that are faint and whose points move in no common phase."""
     is_faint = _peaks(modes) < MAX_FAINT_PEAK
     return np.flatnonzero(~is_faint | (phase_collinearity(modes.shape) >= MIN_FAINT_COLLINEARITY)).tolist()
 

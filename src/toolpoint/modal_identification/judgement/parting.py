@@ -33,6 +33,7 @@ def parting_remarks(frf: Frf, synthesis: ComplexArray) -> list[str]:
 
 
 def _remark(frequency: FloatArray, residual: FloatArray, power: FloatArray, run: Array) -> str:
+    """Return the remark on one run of lines: its ends (Hz), the unexplained power, the call for this band alone."""
     lower, upper = float(frequency[run[0]]), float(frequency[run[-1]])
     peak = run[int(np.argmax(residual[run]))]
     share, margin = 100 * min(residual[peak] / power[peak], 1.0), max(2 * (upper - lower), 0.05 * upper)
@@ -43,6 +44,7 @@ def _remark(frequency: FloatArray, residual: FloatArray, power: FloatArray, run:
 
 
 def _smooth(values: FloatArray, width: int) -> FloatArray:
+    """Return the mean of values over `width` lines about each; over fewer at the ends."""
     kernel = np.ones(width)
     return np.asarray(np.convolve(values, kernel, "same") / np.convolve(np.ones_like(values), kernel, "same"))
 

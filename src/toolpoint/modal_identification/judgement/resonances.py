@@ -134,4 +134,5 @@ def resonance_remarks(groups: tuple[Resonance, ...], modes: Modes) -> list[str]:
 
 
 def _numbers(modes: tuple[int, ...] | list[int]) -> str:
+    """Return the numbers of modes, from 1, as text."""
     return f"mode{'s' * (len(modes) > 1)} " + ", ".join(str(i + 1) for i in modes)

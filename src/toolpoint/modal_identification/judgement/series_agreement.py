@@ -108,6 +108,7 @@ def _misfits(expected: ComplexArray, measured: ComplexArray, rows: list[list[int
 
 
 def _doubt_of(point: int | str, series: str, reference: str, *, factor: float, is_explained: bool) -> Doubt:
+    """Return the doubt about the record of a point: reversed, of another gain, or of another place."""
     what = f"point {point} struck at {series} and at {reference}"
     if not is_explained:
         return Doubt(what, "its responses to the two do not belong together as those of the other points do, by no factor: "

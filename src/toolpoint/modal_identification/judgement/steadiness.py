@@ -197,7 +197,7 @@ def _find_partners(modes: Modes, others: Modes) -> tuple[BoolArray, FloatArray]:
 
 
 def _interval_reach(modes: Modes) -> FloatArray:
-    """Return the frequency that some intervals span; zero where they are not known."""
+    """Return `MAX_PARTNER_INTERVALS` half widths (95 %) of every frequency, Hz; zero where they are not known."""
     if modes.covariance is None:
         return np.zeros(modes.count)
     return np.nan_to_num(MAX_PARTNER_INTERVALS * modes.frequency_interval, nan=0.0, posinf=0.0)

@@ -56,6 +56,7 @@ def _answer(result: DriveExperiment) -> str:
 
 
 def _with_loops(report: Report, result: DriveExperiment) -> Report:
+    """Return the report with margins, bandwidths and Bode plots of the velocity and position loop of each axis."""
     bodes = [Chart(loop_bode(level, k, axis)) for k, axis in enumerate(result.result.axes)
              for level in (result.loops.velocity, result.loops.position)]
     margins = [[loop, axis, *(f"{value:.1f}" if np.isfinite(value) else "none" for value in row)]

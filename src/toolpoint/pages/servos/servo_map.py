@@ -57,6 +57,7 @@ def _answer(result: ServoMap) -> str:
 
 
 def _chart(result: ServoMap, values: FloatArray, names: tuple[str, ...], words: str) -> Chart:
+    """Return the chart of a quantity (n_poses, n_columns): curves over one axis, a map over two."""
     axes = list(result.grid)
     grid = Grid(result.grid, result.angles)
     units, positions = [grid.unit(axis) for axis in axes], [grid.shown(axis) for axis in axes]

@@ -24,6 +24,7 @@ from toolpoint.studies.robots.statics import BaseLoad, base_load, holding_torque
 from toolpoint.studies.text_table import text_table
 
 RIGID, BEAMS, ELEMENTS = "members rigid", "members as beams", "members by finite elements"
+# Axis (from 0) that alone makes each of the two moments of a power-off stop as it brakes, stretched out.
 _STOPS = ((1, "vertical_moment"), (0, "horizontal_moment"))
 
 

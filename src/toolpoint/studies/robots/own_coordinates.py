@@ -41,6 +41,7 @@ class OwnCoordinates:
 
 
 def _words(name: str, value: float, kind: str) -> str:
+    """Return a coordinate in words: places in mm, angles in degrees."""
     display_value = np.degrees(value) if kind in ANGLES else 1e3 * value
     return f"{name} {round(float(display_value), 6) + 0.0:.6g}{'°' if kind in ANGLES else ' mm'}"
 

@@ -183,6 +183,7 @@ def _choose_branches(machine: Machine, tip: FloatArray, direction: ArrayLike | N
 
 
 def _describe_pose(machine: Machine, tip: FloatArray, pose: dict[str, float], branch: str, modes: int) -> ReachedPose:
+    """Return all figures of one pose that reaches a place (tip, m, from the table point)."""
     link = tool_pair(machine).tool
     batch = {name: np.array([value]) for name, value in pose.items()}
     condition = float(pose_condition(machine.chain, batch, link).lost_motion[0])
@@ -200,6 +201,7 @@ def _describe_pose(machine: Machine, tip: FloatArray, pose: dict[str, float], br
 
 
 def _singular_words(machine: Machine, each: ReachedPose) -> str:
+    """Return the singular pose that is nearest along one axis in words, or that the pose itself is singular."""
     if each.condition >= SINGULAR_CONDITION_NUMBER:
         return "this pose is singular"
     if each.singular is None:

@@ -59,6 +59,7 @@ class SegmentFollower:
         return self._by_iteration(dense, parts)
 
     def _along_branches(self, solver: ArmReach, dense: FloatArray, parts: int) -> SegmentPoses:
+        """Return the poses on the branch that can be followed best along places (n, 3); every `parts`-th is a sample."""
         at_places = [dict[str, ArmBranch]()] * len(dense)
         # Most segments that are not reached leave the workspace at an end.
         for i in sorted(range(len(dense)), key=lambda i: min(i, len(dense) - 1 - i)):
@@ -98,6 +99,7 @@ class SegmentFollower:
         return None
 
     def _by_iteration(self, dense: FloatArray, parts: int) -> SegmentPoses:
+        """Return the poses of a machine without branches, each place begun at the pose of the one before."""
         last: Pose = self.reference
         poses: list[Pose] = []
         for place in dense:

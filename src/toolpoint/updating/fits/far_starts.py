@@ -48,7 +48,7 @@ def find_far_ends(problem: Problem, names: Sequence[str], *, starts: int = 24) -
             rough = fit(problem, LeastSquares(evaluations=EVALUATIONS_PER_START, tolerance=1e-4), free=tuple(names), start=x)
         except ToolpointError:  # the model does not exist there
             continue
-        ends.append((rough.chi_square + rough.prior_cost, rough.x))
+        ends.append((rough.cost, rough.x))
     kept: list[FloatArray] = []
     for _, x in sorted(ends, key=lambda pair: pair[0]):
         if all(np.abs(x - other)[columns].max() > MIN_DISTANCE_OF_ENDS for other in kept):

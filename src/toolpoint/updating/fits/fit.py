@@ -97,6 +97,7 @@ def _prior(problem: Problem, free_columns: list[int], method: LeastSquares) -> F
 
 
 def _solved(solver: Solver, method: LeastSquares) -> object:
+    """Return the end of the solver within the bounds; `lm`, which knows none, is refused where there are some."""
     lower, upper = solver.bounds()
     start = solver.x0[solver.columns]
     if method.algorithm == "lm":
@@ -159,6 +160,7 @@ def _gain(residual: FloatArray, jacobian: FloatArray, stuck: BoolArray) -> float
 
 
 def _judged(fitted: ParameterFit, problem: Problem, gain: float, result: OptimizeResult) -> ParameterFit:
+    """Return the fit with its doubts: no minimum, modes without a partner, bounds, data that it does not explain."""
     limit = STATIONARY_FRACTION * (1.0 + fitted.chi_square + fitted.prior_cost)
     # The promise is that of least squares: a robust loss ends elsewhere, and its own end is taken.
     stationary = gain <= limit or (fitted.method.loss != "linear" and bool(result.success))
@@ -195,6 +197,7 @@ def is_explained(result: ParameterFit, assumed: bool) -> bool:
 
 
 def _weights(problem: Problem) -> tuple[str, ...]:
+    """Return what the weights of all sets of targets come from, in words."""
     if len(problem.targets) == 1:
         return problem.targets[0].weights
     return tuple(f"set {k + 1}, {words}" for k, targets in enumerate(problem.targets) for words in targets.weights)

@@ -49,9 +49,9 @@ class MultiStart(NotebookText):
     @property
     def rivals(self) -> tuple[Optimum, ...]:
         """Optima that the data do not tell from the best: chi-square (with prior) within 9 (3 standard deviations)."""
-        best = _cost(self.best)
+        best = self.best.cost
         scale = max(self.best.reduced_chi_square, 1.0) if self.best.scaled else 1.0
-        return tuple(o for o in self.optima[1:] if _cost(o.fit) - best <= 9.0 * scale)
+        return tuple(o for o in self.optima[1:] if o.fit.cost - best <= 9.0 * scale)
 
     def table(self) -> str:
         """Return chi-square, number of starts and free values of every optimum as text."""
@@ -132,6 +132,7 @@ def multi_start(
 def _points(
     problem: Problem, rng: np.random.Generator, starts: int, spread: float, names: tuple[str, ...]
 ) -> list[FloatArray]:
+    """Return the given start and those of a Latin hypercube about it, (n_parameters,) each, cut at the bounds."""
     free = [problem.names.index(n) for n in names]
     lower, upper = problem.bounds
     cube = qmc.LatinHypercube(len(free), seed=rng).random(starts - 1) if starts > 1 else np.zeros((0, len(free)))
@@ -143,15 +144,11 @@ def _points(
     return points
 
 
-def _cost(result: ParameterFit) -> float:
-    return result.chi_square + result.prior_cost
-
-
 def _distinct(fits: dict[int, ParameterFit]) -> tuple[Optimum, ...]:
     """Two results are one optimum where they differ by less than a tenth of the standard errors, or by 1e-3 in all x."""
     optima: list[Optimum] = []
     # The best first: it stands for its optimum, and later starts are compared with the end that is nearest to the minimum.
-    for k, result in sorted(fits.items(), key=lambda item: _cost(item[1])):
+    for k, result in sorted(fits.items(), key=lambda item: item[1].cost):
         free = [i for i, p in enumerate(result.parameters) if p.name in result.free]
         for i, other in enumerate(optima):
             sd = np.sqrt(np.maximum(np.diag(other.fit.covariance), 0.0))

@@ -62,6 +62,11 @@ class ParameterFit(NotebookText):
         return self.residuals.predictions
 
     @property
+    def cost(self) -> float:
+        """Chi-square of the data and cost of prior or regularisation together: what the fit makes least."""
+        return self.chi_square + self.prior_cost
+
+    @property
     def n_data(self) -> int:
         """Number of residuals of the data."""
         return int(self.residuals.values.size)
@@ -109,6 +114,7 @@ def _report(fit: ParameterFit, least_correlation: float = 0.1) -> str:
 
 
 def _statistics(fit: ParameterFit) -> list[str]:
+    """Return method, status, counts and chi-squares, a line each."""
     rows = [
         ("fitting method", f"{type(fit.method).__name__} ({fit.method.algorithm})"),
         ("status", fit.status),
@@ -125,6 +131,7 @@ def _statistics(fit: ParameterFit) -> list[str]:
 
 
 def _variables(fit: ParameterFit) -> list[str]:
+    """Return the fitted values with standard errors, starts, bounds and links, a line each."""
     lines = ["[[Variables]]"]
     width = max((len(p.name) for p in fit.parameters), default=0)
     for parameter in fit.parameters:
@@ -142,6 +149,7 @@ def _variables(fit: ParameterFit) -> list[str]:
 
 
 def _left_alone(fit: ParameterFit) -> list[str]:
+    """Return the parameters that were left alone with their reasons, a line each."""
     if not fit.left_alone:
         return []
     value = {p.name: p.value for p in fit.parameters}
@@ -149,6 +157,7 @@ def _left_alone(fit: ParameterFit) -> list[str]:
 
 
 def _correlations(fit: ParameterFit, least_correlation: float) -> list[str]:
+    """Return the correlations above a size, the largest first, a line each."""
     matrix = fit.correlations
     pairs = [(abs(matrix[i, j]), fit.free[i], fit.free[j], matrix[i, j])
              for i in range(len(fit.free)) for j in range(i + 1, len(fit.free)) if abs(matrix[i, j]) >= least_correlation]

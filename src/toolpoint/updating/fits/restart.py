@@ -59,7 +59,7 @@ def fit_with_restarts(
             continue
         evaluations += result.evaluations
         # A minimum counts before a lower cost: what still falls is no answer yet.
-        if (result.converged, -_cost(result)) > (best.converged, -_cost(best)):
+        if (result.converged, -result.cost) > (best.converged, -best.cost):
             best = result
         if result.converged and is_explained(result, assumed):
             break
@@ -91,6 +91,7 @@ def _starts(
 
 
 def _ways(problem: Problem) -> tuple[Problem | None, ...]:
+    """Return the problems that lead near in turn (None: the problem itself): paired by frequency, frequencies alone."""
     with_modes = [t for t in problem.targets if t.modes is not None]
     if not with_modes:
         return (None,)
@@ -100,7 +101,3 @@ def _ways(problem: Problem) -> tuple[Problem | None, ...]:
     frequencies_only = [replace(t, frf=None, damping=False, shape=False, mac=False, line_correlation=None,
                                 channel_correlation=None) for t in problem.targets]
     return other, other.with_targets(frequencies_only), None
-
-
-def _cost(result: ParameterFit) -> float:
-    return result.chi_square + result.prior_cost

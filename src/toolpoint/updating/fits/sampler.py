@@ -180,6 +180,7 @@ class _Run:
             self._resume(path)
 
     def _resume(self, path: Path) -> None:
+        """Go on from a chain on disk; one of another start or density is refused."""
         with np.load(path, allow_pickle=False) as kept:
             equal_lengths = kept["chain"].shape[1:] == self.chain.shape[1:]
             if not equal_lengths or not np.allclose(kept["mark"], self.mark, rtol=1e-6, atol=1e-9):
@@ -199,6 +200,7 @@ class _Run:
             self._save(self.path)
 
     def _save(self, path: Path) -> None:
+        """Write chain and generator beside the old file and exchange them: a kill leaves one of the two whole."""
         path.parent.mkdir(parents=True, exist_ok=True)
         _, keys, *remaining = self.sampler.random_state
         with tempfile.NamedTemporaryFile(dir=path.parent, suffix=".tmp", delete=False) as file:
@@ -217,6 +219,7 @@ def _alternating(runs: list[_Run], steps: int) -> Iterator[int]:
 
 
 def _judged(problem: Problem, columns: list[int], x0: FloatArray, runs: list[_Run], interrupted: bool) -> Samples:
+    """Return the samples after the burn-in, with doubts where the chains have not converged."""
     length = min(run.chain.shape[0] for run in runs)
     chains = np.stack([run.chain[:length] for run in runs])
     tau = _autocorrelation(chains)
@@ -259,6 +262,7 @@ def _split_r_hat(chains: FloatArray) -> FloatArray:
 
 
 def _check(problem: Problem, columns: list[int], walkers: int, ensembles: int) -> None:
+    """Refuse fits without free parameters, odd numbers of walkers, and posteriors that are improper."""
     if not columns:
         fail("start", "a fit without free parameters", "must have at least one")
     if walkers % 2:
@@ -276,6 +280,7 @@ def require_emcee() -> None:
 
 
 def _emcee() -> Any:
+    """Return the package emcee; raises with the remedy where it is not installed."""
     try:
         import emcee
         import emcee.autocorr

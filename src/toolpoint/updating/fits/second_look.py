@@ -44,7 +44,7 @@ def look_again(problem: Problem, result: ParameterFit, method: LeastSquares | No
         return result
     best, evaluations = result, result.evaluations
     for start in _other_starts(sparse_problem or problem, result, weak, method):
-        if _cost_at(problem, start) - _cost(result) > MAX_COST_ON_ALL_LINES * _scale(result):
+        if _cost_at(problem, start) - result.cost > MAX_COST_ON_ALL_LINES * _scale(result):
             continue
         try:
             other = fit(problem, method, free=result.free, start=start)
@@ -82,8 +82,8 @@ def _other_starts(sparse_problem: Problem, result: ParameterFit, weak: Sequence[
             continue
         # The minimum of few lines lies a little off that of all: a margin for what the others would decide.
         new = all(np.abs(other.x - x).max() > 10 * MIN_WEAK_DEVIATION for x in (result.x, *(x for _, x in ends)))
-        if other.converged and new and _cost(other) - cost < 3 * MAX_COST_OF_EQUAL_MINIMA * scale:
-            ends.append((_cost(other), other.x))
+        if other.converged and new and other.cost - cost < 3 * MAX_COST_OF_EQUAL_MINIMA * scale:
+            ends.append((other.cost, other.x))
     return [x for _, x in sorted(ends, key=lambda pair: pair[0])[:2]]
 
 
@@ -118,6 +118,7 @@ def _dips(sparse_problem: Problem, x: FloatArray, directions: Sequence[FloatArra
 
 
 def _cost_at(problem: Problem, x: FloatArray) -> float:
+    """Return chi-square at coordinates; infinite where the model does not exist."""
     try:
         return float((problem.evaluated(x).values ** 2).sum())
     except ToolpointError:
@@ -127,7 +128,7 @@ def _cost_at(problem: Problem, x: FloatArray) -> float:
 def _weighed(problem: Problem, first: ParameterFit, second: ParameterFit) -> ParameterFit:
     """Return the better of two fits, with intervals that reach the other where the data do not tell them apart."""
     free_columns = [problem.names.index(name) for name in first.free]
-    excess = (_cost(second) - _cost(first)) / _scale(first)
+    excess = (second.cost - first.cost) / _scale(first)
     kept, rejected = (second, first) if excess < -1.0 else (first, second)
     distance = rejected.x[free_columns] - kept.x[free_columns]
     deviation = np.sqrt(np.maximum(np.diag(kept.covariance), 1e-300))
@@ -141,9 +142,6 @@ def _weighed(problem: Problem, first: ParameterFit, second: ParameterFit) -> Par
                    "it; measure where these move, or give them a prior")
 
 
-def _cost(result: ParameterFit) -> float:
-    return result.chi_square + result.prior_cost
-
-
 def _scale(result: ParameterFit) -> float:
+    """Return the chi-square of one degree of freedom: as the residuals show it where deviations are assumed, else 1."""
     return max(result.reduced_chi_square, 1e-300) if result.scaled else 1.0

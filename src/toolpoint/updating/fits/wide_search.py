@@ -57,11 +57,11 @@ def search_widely(problem: Problem, first: ParameterFit, *, starts: int = 24) ->
     if not minima:
         return first
     # An end that has not converged is last, whatever its cost: its covariance means nothing.
-    best = min(minima, key=lambda result: (not result.converged, _cost(result)))
+    best = min(minima, key=lambda result: (not result.converged, result.cost))
     scale = max(1.0, best.reduced_chi_square if np.isfinite(best.reduced_chi_square) else 1.0)
     best = replace(best, covariance=best.covariance * scale)
     rivals = [result for result in minima if result is not best and result.converged
-              and _cost(result) - _cost(best) <= MAX_COST_OF_RIVALS * scale]
+              and result.cost - best.cost <= MAX_COST_OF_RIVALS * scale]
     moved = _with_undetermined_moved(held, best)
     determined = tuple(name for name in best.free if name not in name_undetermined(best))
     return _widened(with_valleys(held, moved, determined, cost=MAX_COST_OF_RIVALS * scale), rivals)
@@ -75,6 +75,7 @@ def name_undetermined(result: ParameterFit) -> tuple[str, ...]:
 
 
 def _with_priors(problem: Problem) -> Problem:
+    """Return the problem with a wide prior for every parameter that has none."""
     parameters = [p if p.prior_sd is not None or not p.log else replace(p, prior_sd=_prior_sd(p)) for p in problem.parameters]
     # A number on a linear scale is a loss that may be zero: half of its range is as wide as its prior can be.
     parameters = [p if p.prior_sd is not None else replace(p, prior_sd=_half_range(p)) for p in parameters]
@@ -82,10 +83,12 @@ def _with_priors(problem: Problem) -> Problem:
 
 
 def _prior_sd(parameter: Parameter) -> float:
+    """Return the prior's standard deviation of the logarithm of a number."""
     return DAMPING_PRIOR_SD if parameter.kind in ("damping", "loss_factor", "damping_ratio") else STIFFNESS_PRIOR_SD
 
 
 def _half_range(parameter: Parameter) -> float:
+    """Return half of a parameter's range, or its scale where that is open."""
     span = parameter.high - parameter.low
     return span / 2 if np.isfinite(span) else parameter.scale
 
@@ -163,7 +166,3 @@ def _widened(best: ParameterFit, rivals: Sequence[ParameterFit]) -> ParameterFit
         return best
     return replace(best, covariance=covariance, status=f"{best.status}; another minimum explains the data as well, with another"
                    f" {', '.join(dict.fromkeys(names))}: intervals reach it; measure where these move, or give them a prior")
-
-
-def _cost(result: ParameterFit) -> float:
-    return result.chi_square + result.prior_cost

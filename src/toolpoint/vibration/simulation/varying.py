@@ -90,6 +90,7 @@ def reduce_system(system: VaryingSystem, *, max_size: int = 64, modes: int = 30,
         _, shapes = np.linalg.eigh(factor @ stiffness @ factor.T)
         forces = np.hstack([system.input_map[i, :reducible], system.stiffness[i, :reducible, reducible:]])
         static = np.linalg.solve(stiffness, forces[:, np.abs(forces).max(axis=0) > 0])
+        # Static deflections in the length of the mass, as the modes have it: the cut-off below compares all of them.
         shapes_of_nodes += [factor.T @ shapes[:, :modes], static / np.linalg.norm(np.linalg.cholesky(mass).T @ static, axis=0)]
     factor_half_way = np.linalg.cholesky(system.mass[system.length.size // 2, :reducible, :reducible])
     # Orthonormal in the mass half way along the path; shapes that the others hold (ratio below 1e-4) would make it singular.
@@ -212,11 +213,13 @@ def _exact_step(system: VaryingSystem, node: int, dt: float, with_energy: bool) 
     loss_rate[n:2 * n, n:2 * n] = system.damping[node]
     # Van Loan, IEEE Trans. Automatic Control 23 (1978): expm([[-A^T, Q], [0, A]] t) holds the integral of e^(A^T t) Q e^(A t).
     # Stiff parts would overflow backwards in time, so it is summed over halves: Q(2t) = Q(t) + Phi(t)^T Q(t) Phi(t).
+    # To a norm of one half, where the exponential with its reversed part is free of cancellation.
     halvings = max(0, int(np.ceil(np.log2(max(np.abs(generator).sum(axis=0).max() * dt, 1e-300)))) + 1)
     short_step = dt / 2**halvings
     n_states = len(generator)
     van_loan = scipy.linalg.expm(np.block([[-generator.T, loss_rate], [np.zeros_like(generator), generator]]) * short_step)
     power = van_loan[n_states:, n_states:]
+    # The upper right block of Van Loan's matrix is e^(-A^T t) Q(t): the lower right one takes its factor off.
     form = power.T @ van_loan[:n_states, n_states:]
     for _ in range(halvings):
         form = form + power.T @ form @ power

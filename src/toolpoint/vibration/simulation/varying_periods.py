@@ -95,7 +95,9 @@ def _whole_periods(nodes: NodeArrays, cut: CutArrays, course: _PeriodCourse, mot
     static = _static(nodes, cut, course.in_periods(0), "deflection")
     static_end = _static(nodes, cut, course.at(np.array([period * count - 1])), "deflection")[0]
     change = np.diff(static, axis=0,
+                     # The last period has none behind it: its change is led on from its own first to its last step.
                      append=(static[-1] + (static_end - static[-1]) * period / max(period - 1, 1))[None]) / period
+    # Blended at the middle: what is linear along the period then cancels, and the error is of second order.
     half_way = course.in_periods(period // 2)
     inputs = np.concatenate([*_amplitudes(course, half_way, cut.table.shape[0]), change], axis=1)
     n_coordinates, size = static.shape[1], motion.state.size
@@ -190,6 +192,7 @@ def _stretches(course: CourseArrays) -> Iterator[tuple[int, int, int, FloatArray
 
 def _maps_about(nodes: NodeArrays, cut: CutArrays, node: int, maps: dict[tuple[int, int], WholePeriod]) -> list[WholePeriod]:
     """Return the maps of a node and the next; all others are dropped from `maps`, as the path does not come back."""
+    # By identity: two tables of the same cut are rarely equal, and comparing them would cost as much as a period.
     keys = [(id(cut.table), node), (id(cut.table), node + 1)]
     maps_of_pair = [maps[key] if key in maps else _period_map(nodes, cut, key[1]) for key in keys]
     maps.clear()
@@ -208,6 +211,7 @@ def _period_map(nodes: NodeArrays, cut: CutArrays, node: int) -> WholePeriod:
     period_transition = np.linalg.matrix_power(phi, period)
     # A deflection that changes by d a step leaves -(Phi + Phi^2 + ...) d.
     summed = np.cumsum(free_motion[6:].reshape(period, 6, size), axis=0)[..., :n_coordinates].reshape(6 * period, n_coordinates)
+    # A geometric sum in closed form: no pole lies at one, as the structure is held.
     lag = np.linalg.solve(np.eye(size) - phi, (phi - phi @ period_transition)[:, :n_coordinates])
     alternating = np.swapaxes(cut.table - cut.table.mean(axis=1, keepdims=True), 0, 1)
     node_before, node_after = max(node - 1, 0), min(node + 1, len(nodes.transition) - 1)

@@ -49,7 +49,7 @@ FIT_SLICES = 40  # of the tool along its axis
 TRIAL_ANGLES, TRIAL_SLICES = 90, 12  # angles and slices of trial fits
 FIRST_FIT_ANGLES = 120  # of a helical tool's revolution
 FORCE_LAWS = ("linear-edge", "total-energy")
-MIN_USUAL_KT = 2e7  # Pa, of K_t
+MIN_USUAL_KT = 2e7  # Pa: no work material has a smaller K_t, forces in kN or V do
 
 
 @dataclass(frozen=True)
@@ -139,6 +139,7 @@ class CalibrationStudy(NotebookText):
 
 
 def _plain(energies: EnergyAtFeeds | None) -> dict[str, Any] | None:
+    """Return energies of feeds as plain data: chip (m), energy (Pa) and the ratios of the other forces to it."""
     if energies is None:
         return None
     ratios = {"normal_ratio": energies.normal_ratio.tolist()}
@@ -197,6 +198,7 @@ def _with_energy(result: CalibrationStudy, problem: MillingProblem, records: Seq
 
 
 def _described_law(result: CalibrationStudy, energy: Calibration) -> CuttingDescription:
+    """Return the description of the cut with the fitted total-energy law in it."""
     law = law_of_fit(energy)
     described = TotalEnergyDescription(law.energy, law.exponent, law.normal_ratio, law.axial_ratio)
     words = f"total-energy law of {result.feeds.size} force records, residual {energy.residual:.3g} N"
@@ -273,6 +275,7 @@ def check_test(test: CuttingTest) -> None:
 
 
 def _problem(test: CuttingTest) -> tuple[MillingProblem, CuttingDescription]:
+    """Return a rigid cut of the test's tool and arc, and its description; raises for a tool that is not given."""
     missing_names = [f"`{name}`" for name in ("diameter", "teeth") if name not in test.cut]
     if missing_names:
         raise ToolpointError(f"{' and '.join(missing_names)}: missing; a calibration needs the tool")
@@ -331,12 +334,14 @@ def _fit_means(problem: MillingProblem, test: CuttingTest, feeds: FloatArray, tu
 
 
 def _check_sign(fit: Calibration | None) -> None:
+    """Raise ToolpointError for a fitted K_t (Pa) that is not positive: forces or axes are turned round."""
     if fit is not None and fit.values[0] <= 0:
         raise ToolpointError(f"forces: the fitted K_t is {fit.values[0] / 1e6:.4g} N/mm^2; must be above zero; forces measured "
                              "on the workpiece need `force_on` work; check the axes (x along the feed), `direction` and `feed`")
 
 
 def _question_signs(fit: Calibration) -> list[Doubt]:
+    """Return the doubt that a K_t is too small for any material, or that K_n (Pa) is negative."""
     values = dict(zip(fit.names, fit.values.tolist(), strict=True))
     if values["kt"] < MIN_USUAL_KT:
         return [Doubt("K_t", f"{values['kt'] / 1e6:.3g} N/mm^2 is less than any work material has", "forces must be in N (not "

@@ -41,6 +41,7 @@ def split_by_feed(records: Sequence[tuple[str, Record]], feeds: Sequence[float] 
 
 
 def _forces(path: str, record: Record) -> Record:
+    """Return the forces x, y and, where measured, z of a record in this order; raises for one without x or y."""
     columns = list(zip(record.channels, record.quantities, strict=True))
     column_of = {dof.direction: i for i, (dof, kind) in enumerate(columns) if kind == "force"}
     missing_directions = [way for way in "xy" if f"+{way}" not in column_of]

@@ -69,12 +69,11 @@ def follow_program(laid: ProgramPath, removed: RemovedMaterial, force: FloatArra
     The servo runs twice, without and with the force on its tables. The further motion is taken at the motors: what lies
     between motor and table bends in the machine's response too.
 
-    Raises ToolpointError for rotary drives and an unstable servo.
+    Raises ToolpointError for drives of which none is linear, and an unstable servo.
     """
-    drives = setup.drives
-    if drives is None:
+    if setup.drives is None:
         return None
-    without_reducers(drives)
+    drives, clamped_notes = drives_of_path(setup.drives)
     duration = float(laid.time.sum())
     if duration > MAX_SERVO_TIME:
         return Doubt("servo", f"not simulated: the program lasts {duration:.0f} s, at most {MAX_SERVO_TIME:g} s are",
@@ -82,13 +81,21 @@ def follow_program(laid: ProgramPath, removed: RemovedMaterial, force: FloatArra
     runs = _run_servo(laid, removed, force, drives=drives, machine=machine)
     largest_force = np.zeros(laid.path.count)
     np.maximum.at(largest_force, laid.moves.block[removed.piece], np.abs(force[:, runs.columns]).max(axis=1))
-    return with_remarks(_course(laid, drives, runs, force=largest_force), laid, drives, notes=runs.notes)
+    return with_remarks(_course(laid, drives, runs, force=largest_force), laid, drives, notes=(*runs.notes, *clamped_notes))
 
 
-def without_reducers(drives: DriveDescription) -> None:
-    """Refuse the drives of rotary axes."""
-    if any(axis.mechanics.kind == "reducer" for axis in drives.axes.values()):
-        fail("drives", "an axis behind a reducer", "must be linear axes", remedy="rotary axes are not followed by a program")
+def drives_of_path(drives: DriveDescription) -> tuple[DriveDescription, tuple[str, ...]]:
+    """Return the drives of the linear axes, and a note on rotary ones: a program of three axes does not turn them.
+
+    Raises ToolpointError where all axes are rotary.
+    """
+    rotary = [name for name, axis in drives.axes.items() if axis.mechanics.kind == "reducer"]
+    if not rotary:
+        return drives, ()
+    linear = {name: axis for name, axis in drives.axes.items() if name not in rotary}
+    if not linear:
+        fail("drives", f"{', '.join(rotary)} behind reducers alone", "must hold linear axes, along which a program moves")
+    return replace(drives, axes=linear), (f"The program does not turn {', '.join(rotary)}: these axes are taken as clamped.",)
 
 
 @dataclass(frozen=True, eq=False)
