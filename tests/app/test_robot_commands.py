@@ -37,7 +37,7 @@ def test_screen_resumes_and_says_the_same(tmp_path, capsys):
     for _ in range(2):
         main(["screen", plan(tmp_path), "--folder", str(tmp_path / "kept"), "-o", str(tmp_path / "page")])
     out = capsys.readouterr()
-    assert out.out.count("│ reducer stiff") == 2 * 3
+    assert out.out.count("reducer stiff") == 2 * 4  # in the answer, the variants and both rankings
     assert "4 of 4 variants kept" in out.err
     assert "ranking" not in (tmp_path / "page" / "index.html").read_text()[:10]
 

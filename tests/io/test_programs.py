@@ -61,6 +61,13 @@ def test_cycles_are_moves():
         gcode.parse("G81 X1 F100")
 
 
+@pytest.mark.parametrize("block", ["G83 X0 Y0 Z-50 R2 Q0.001 F100", "G81 X0 Y0 Z-5 R2 F100 L2000"])
+def test_more_pecks_or_holes_than_a_block_can_mean_are_refused(block):
+    """A peck of a micrometre: before, the thousandth went the rest of the way, and load and time were wrong."""
+    with pytest.raises(FileFaults, match="at most 1000"):
+        gcode.parse(f"G0 Z10\n{block}\nG80")
+
+
 def test_repeats_of_a_cycle_in_increments():
     program = gcode.parse("G0 X0 Y0 Z5\nG91 G81 X10 Z-3 R-4 F100 L4\nG80")
     cut = ~program.rapid

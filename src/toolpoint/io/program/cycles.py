@@ -12,7 +12,7 @@ CYCLES = frozenset({73, 74, 76, 81, 82, 83, 84, 85, 86, 87, 88, 89})
 # Cycles that leave the hole at the feed; the others leave it in rapid.
 _FEED_OUT = frozenset({74, 84, 85, 89})
 _PECKS = frozenset({73, 83})
-_MOST_PECKS = 1000  # of a hole: a peck in the wrong unit would make a hundred thousand moves of one block
+MAX_PECKS = 1000  # of a hole, and holes of a block: a peck in the wrong unit would make a hundred thousand moves of one block
 # Way that a peck with chip breaking goes back, and at which the next one of a full retract begins above the last, m.
 _CHIP_RETRACT_M = 1e-3
 
@@ -75,7 +75,12 @@ def drill(state: ControlModes, cycle: Cycle, number: int, *, places: Places, rep
     if not state.frame.is_upright(third):
         state.remarks.fault(number, 1, f"G{cycle.number} where the axis of the tool is turned or mirrored is not computed")
         return
-    for _ in range(min(repeats, _MOST_PECKS)):
+    pecks = _peck_count(cycle)
+    if max(pecks, repeats) > MAX_PECKS:
+        state.remarks.fault(number, 1, f"G{cycle.number} of {repeats} holes of {pecks} pecks; must be at most {MAX_PECKS} of each: "
+                            "check the depth of a peck, its unit and the number of repeats")
+        return
+    for _ in range(repeats):
         above = state.target({k: v for k, v in places.items() if k != "XYZ"[third]})
         if above[third] < cycle.level:
             state.rapid(number, _at(state.position, third, cycle.level))
@@ -95,8 +100,7 @@ def _hole(state: ControlModes, cycle: Cycle, number: int, third: int) -> None:
     levels = [cycle.depth]
     if cycle.number in _PECKS and cycle.peck > 0:
         surface = cycle.level if cycle.surface is None else cycle.surface
-        count = min(int(abs(surface - cycle.depth) / cycle.peck + 1 - 1e-9), _MOST_PECKS)
-        levels = [surface - k * cycle.peck for k in range(1, count)] + [cycle.depth]
+        levels = [surface - k * cycle.peck for k in range(1, _peck_count(cycle))] + [cycle.depth]
     for k, level in enumerate(levels):
         if k and cycle.number == 83:
             state.rapid(number, _at(state.position, third, cycle.level))
@@ -113,3 +117,12 @@ def _at(position: list[float], axis: int, value: float) -> list[float]:
     end = list(position)
     end[axis] = value
     return end
+
+
+def _peck_count(cycle: Cycle) -> int:
+    """Return in how many pecks a cycle drills its hole."""
+    if cycle.number not in _PECKS or cycle.peck <= 0:
+        return 1
+    surface = cycle.level if cycle.surface is None else cycle.surface
+    # A depth that is a whole number of pecks needs no further one, whatever rounding makes of the quotient.
+    return int(min(abs(surface - cycle.depth) / cycle.peck + 1 - 1e-9, 100 * MAX_PECKS))

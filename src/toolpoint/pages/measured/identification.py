@@ -9,7 +9,7 @@ import numpy as np
 
 from toolpoint._check import FloatArray
 from toolpoint._doubt import doubts_among
-from toolpoint._rounding import number_text
+from toolpoint._rounding import number_text, with_uncertainty
 from toolpoint.modal_identification import Identification, Significance, cmif, mean_phase_deviation, mvmif, phase_collinearity
 from toolpoint.pages.measured.data_quality import with_phase_collinearity, with_quality_of_data
 from toolpoint.pages.measured.pole_shapes import pole_shapes
@@ -24,7 +24,7 @@ from toolpoint.plot.shape_view.hulls import drawn_points
 from toolpoint.vibration.geometry import Geometry
 
 _MAX_ANSWER_MODES = 5  # modes in the answer
-_HEADLINE_SHARE = 5e-4  # of a frequency: an interval that is wider takes digits off the headline
+_HEADLINE_SHARE = 5e-4  # of a frequency: an interval that is wider stands in the headline
 
 
 def identification_page(result: Identification, geometry: Geometry | None = None, names: Sequence[str] = (),
@@ -82,11 +82,12 @@ def answer(result: Identification) -> str:
     certain_modes = [i for i in range(count) if not result.doubtful[i]]
     answer_modes = sorted(result.dominant.tolist() or certain_modes, key=lambda i: float(modes.frequency[i]))
     half_width = modes.frequency_interval if modes.covariance is not None else None
-    # A headline has four digits, or as many as the interval carries; intervals stand in the table.
+    # A headline has four digits; an interval that takes one of them, or is not known, stands beside them.
     widths = np.zeros(count) if half_width is None else np.asarray(half_width)
-    parts = [f"{number_text(float(modes.frequency[i]), float(width) if width > _HEADLINE_SHARE * modes.frequency[i] else None)}"
-             f" Hz ({100 * float(modes.damping_ratio[i]):.2f} %)" for i in answer_modes[:_MAX_ANSWER_MODES]
-             for width in [widths[i]]]
+    is_narrow = widths <= _HEADLINE_SHARE * modes.frequency
+    parts = [(f"{number_text(float(modes.frequency[i]))} Hz" if is_narrow[i] else
+              with_uncertainty(float(modes.frequency[i]), float(widths[i]), "Hz"))
+             + f" ({100 * float(modes.damping_ratio[i]):.2f} %)" for i in answer_modes[:_MAX_ANSWER_MODES]]
     words = f"{count} mode{'s' * (count != 1)}"
     if parts:
         verb = "stand out" if len(answer_modes) != 1 else "stands out"
