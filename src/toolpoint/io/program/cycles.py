@@ -77,8 +77,8 @@ def drill(state: ControlModes, cycle: Cycle, number: int, *, places: Places, rep
         return
     pecks = _peck_count(cycle)
     if max(pecks, repeats) > MAX_PECKS:
-        state.remarks.fault(number, 1, f"G{cycle.number} of {repeats} holes of {pecks} pecks; must be at most {MAX_PECKS} of each: "
-                            "check the depth of a peck, its unit and the number of repeats")
+        state.remarks.fault(number, 1, f"G{cycle.number} of {repeats} holes of {pecks} pecks; must be at most {MAX_PECKS} of "
+                            "each: check the depth of a peck, its unit and the number of repeats")
         return
     for _ in range(repeats):
         above = state.target({k: v for k, v in places.items() if k != "XYZ"[third]})
