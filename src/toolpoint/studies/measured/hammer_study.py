@@ -96,8 +96,8 @@ class HammerStudy(NotebookText):
         return [[v.name, str(v.struck), f"{v.hit.force:.4g}", v.verdict, "; ".join(v.hit.reasons)] for v in self.verdicts]
 
     def table(self) -> str:
-        """Return the verdict on every hit as text, and the status."""
-        return text_table("Hits", HEADER, self.rows()) + "\n" + self.status
+        """Return the status, then the verdict on every hit, as text."""
+        return self.status + "\n" + text_table("Hits", HEADER, self.rows())
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data: verdicts, band, doubts, notes, checks."""
