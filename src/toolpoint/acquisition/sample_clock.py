@@ -80,11 +80,11 @@ class SampleClock:
         low_end, high_end = LOSS_STEP_RANGE
         usual = median(self._steps) / self.rate if len(self._steps) == STEP_COUNT else high_end
         self._steps.append(abs(step))
-        before, self._uncounted_step = self._uncounted_step, step
+        uncounted_step, self._uncounted_step = self._uncounted_step, step
         if step <= min(max(LOSS_STEP_RATIO * usual, low_end), high_end) * self.rate:
             return 0
         self._uncounted_step = 0.0
         # The loss may lie in the last block of the window before these two.
         self.lost_since = self._checked[0]
         # Where all blocks of a window before its loss came late, part of the loss was a step too small to be one by itself.
-        return round(step + (before if before > low_end * self.rate else 0.0))
+        return round(step + (uncounted_step if uncounted_step > low_end * self.rate else 0.0))
