@@ -31,6 +31,15 @@ def test_roles_are_the_points_that_have_them():
         assert np.array_equal(response(machine, by_role), response(machine, by_name)), by_role
 
 
+def test_the_relative_response_is_made_of_those_of_both_points():
+    """G = G_tt - G_tw - G_wt + G_ww, by motions of the two points against the ground."""
+    machine = renamed(read_machine(MACHINES / "three_axis_vertical.yaml"), "bench")
+    both = ["tip:+x", "bench:+x"]
+    parts = study_responses_of_machine(machine, [{}], both, inputs=both, frequency=LINES).frfs[0].values
+    expected = parts[:, 0, 0] - parts[:, 0, 1] - parts[:, 1, 0] + parts[:, 1, 1]
+    assert response(machine, "tool-table:+x")[:, 0, 0] == pytest.approx(expected, rel=1e-9)
+
+
 def test_the_ground_is_the_table_where_none_is_named():
     machine = renamed(read_machine(MACHINES / "three_axis_vertical.yaml"), None)
     assert np.array_equal(response(machine, "tool-table:+x"), response(machine, "tip:+x"))

@@ -34,6 +34,11 @@ def test_the_chain_is_drawn_from_the_ground_to_the_tool(tmp_path):
     assert "axis X moves table along -x of guide_x; travel -0.3 m .. 0.3 m" in result.travel
 
 
+def test_sound_drives_are_not_doubted_for_the_slip_of_another(tmp_path):
+    result = checked(tmp_path, ("x: 9e8, y: 1.5e8, z: 1.2e9", "x: 9e8, y: 7e5, z: 1.2e9"))
+    assert {doubt.split(".stiffness")[0] for doubt in result.doubts if doubt.startswith("joints.")} == {"joints.guide_y"}
+
+
 @pytest.mark.parametrize(("change", "part", "words"), [
     (("mass: 2200 kg", "mass: 2200000 kg"), "bodies.bed", "more than any metal"),
     (("mass: 1200 kg", "mass: 1.2 kg"), "bodies.column", "less than a hollow box"),

@@ -33,6 +33,13 @@ def test_parasitic_shift_is_that_of_the_closed_form(motion):
     assert motion.of("parasitic torsion") == pytest.approx(0, abs=1e-12)
 
 
+def test_what_is_zero_by_symmetry_is_shown_as_zero(head):
+    """Tilted in the plane of a limb the head neither turns nor moves across; rounding stood there as 1.7e-10 degrees."""
+    motion = map_motion(head, {"tilt": np.radians([-30.0, -15.0, 0.0, 15.0, 30.0])})
+    for name in ("ball1.ry", "ball1.rz", "parasitic y", "parasitic torsion"):
+        assert not motion.of(name).any() and not np.signbit(motion.of(name)).any(), name
+
+
 def test_a_turn_by_a_third_exchanges_the_legs(motion):
     first, third = motion.values[:, 0], motion.values[:, 2]
     legs = [[column.name for column in motion.columns].index(name) for name in ("L1", "L2", "L3")]
