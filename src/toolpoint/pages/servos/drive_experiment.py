@@ -43,7 +43,7 @@ def drive_page(result: DriveExperiment, *, source_text: str = "", warnings: Sequ
     report = report.with_section("Result", Table(["quantity", "value"], result.rows()))
     if result.turn is not None:
         report = report.with_section("Ballbar plot", Chart(
-            ballbar_plot(result.turn.points, result.turn.radius, result.turn.peaks),
+            ballbar_plot(result.turn.points, result.turn.radius, result.turn.peaks, axes=result.turn.axes),
             "Radial deviation from the nominal circle over one turn, enlarged to the scale of the rings. Peaks: of the tool, "
             f"outward over the median radius, at the reversals of {' and '.join(result.turn.axes)}.", name="ballbar"))
     else:

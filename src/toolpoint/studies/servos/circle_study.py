@@ -111,7 +111,7 @@ class CircleStudy(NotebookText):
             return ""
         parts = part_deviation(turn)
         largest = max(parts, key=lambda part: abs(parts[part]))
-        return f"most of it, {1e6 * abs(parts[largest]):.3g} µm, {CAUSES[largest].format(*turn.axes)}"
+        return f"its largest part, {1e6 * abs(parts[largest]):.3g} µm, {CAUSES[largest].format(*turn.axes)}"
 
     def lines(self) -> list[str]:
         """Return cause and remedies of a missed goal, a sentence each."""
