@@ -49,6 +49,9 @@ def bending_share(parts: Mapping[str, Component], motions: Mapping[str, RigidMot
     count = frequency.size
     noisy = noisy_modes(parts, motions, count)
     bent = {name: _bent(motions, name, parts[name], noisy=noisy[name], criterion=criterion) for name in motions}
+    loud = {name: noisy[name] & (motion.excess.reshape(-1, count).mean(axis=0) > MIN_EXCESS)
+            for name, motion in motions.items()}
+    no_mode = np.zeros(count, bool)
     if not any(values.any() for values in bent.values()):
         return None
     joints, largest, deflection = dict[str, float](), np.zeros(count), np.zeros(count)
@@ -57,11 +60,23 @@ def bending_share(parts: Mapping[str, Component], motions: Mapping[str, RigidMot
         bending = np.maximum(bent[pair.child], bent.get(pair.parent, 0.0))
         deflection, largest = np.maximum(deflection, relative), np.maximum(largest, bending)
         share = np.minimum(bending / np.maximum(relative, 1e-300), 1.0)
+        share = _shared_with_loud(share, loud[pair.child] | loud.get(pair.parent, no_mode))
         # A stiffness is told by the modes whose frequency it moves most: by (deflection / frequency) squared.
         weight = ((relative / frequency) ** 2)[list(kept)] ** 2
         joints[pair.child] = float(np.sqrt((weight * share[list(kept)] ** 2).sum() / max(float(weight.sum()), 1e-300)))
     lowered = np.minimum(largest / np.maximum(deflection, 1e-300), 1.0)[list(kept)]
     return BendingShare(joints, np.asarray(lowered))
+
+
+def _shared_with_loud(share: FloatArray, loud: BoolArray) -> FloatArray:
+    """Return the shares (n_modes,) of a joint's deflection with that of loud modes taken from the others.
+
+    A component and its joint are springs in line: the same force deflects both, so the share is alike in the modes that load
+    them, and one mode whose noise hides it does not make it nothing.
+    """
+    if not loud.any() or loud.all():
+        return share
+    return np.where(loud, np.maximum(share, np.sqrt((share[~loud] ** 2).mean())), share)
 
 
 def noisy_modes(parts: Mapping[str, Component], motions: Mapping[str, RigidMotion], count: int) -> dict[str, BoolArray]:
