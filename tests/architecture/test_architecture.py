@@ -242,6 +242,19 @@ def test_bars_name_commands_that_exist_and_their_page_is_written_from_them():
     assert bars.PAGE.read_text(encoding="utf-8") == bars.page(data), "run python benchmarks/bars.py --write"
 
 
+def test_options_of_the_bars_commands_are_those_of_their_scripts():
+    """Three rows named options of another script: who runs a row learns first that it cannot be run."""
+    frame = text_of(ROOT / "benchmarks" / "frame.py")
+    for row in bars.rows(bars.read_areas()):
+        script, *options = re.findall(r"(?<!\S)(?:benchmarks/\S+\.py|--[a-z-]+)", row.command) or [""]
+        if not script.startswith("benchmarks/"):
+            continue
+        text = text_of(ROOT / script)
+        unknown = [option for option in options if not re.search(rf"\"(?:--)?{option[2:]}\"", text)
+                   and (f'"{option}"' not in frame and f'"{option[2:]}"' not in frame)]
+        assert not unknown, f"{row.figure}: {script} has no {', '.join(unknown)}"
+
+
 def exports_of(path):
     """Triples (module, name there, name here) that a room's `__init__` shows to the type checker, and those it loads."""
     tree, room = tree_of(path), ".".join(path.parent.relative_to(SOURCE.parent).parts)
