@@ -16,8 +16,8 @@ import numpy as np
 
 from toolpoint._check import ToolpointError
 from toolpoint.io.program.gcode import parse
-from toolpoint.io.program.klartext import is_klartext
-from toolpoint.io.program.segments import Program
+from toolpoint.io.program.klartext.reader import is_klartext
+from toolpoint.io.program.path.segments import Program
 
 _FEED_WORD = re.compile(r"(?<![A-Z#])F\s*(=?)\s*(\d+\.?\d*|\.\d+)(?![\w.])")
 _SPEED_WORD = re.compile(r"(?<![A-Z#])S\s*(=?)\s*(\d+\.?\d*|\.\d+)(?![\w.])")

@@ -13,9 +13,9 @@ from collections.abc import MutableMapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from toolpoint.io.program.expressions import ExpressionFault, Reader
-from toolpoint.io.program.offset_contour import ContourElement, OffsetFault, join_elements
-from toolpoint.io.program.path_rows import (
+from toolpoint.io.program.language.expressions import ExpressionFault, Reader
+from toolpoint.io.program.path.offset import ContourElement, OffsetFault, join_elements
+from toolpoint.io.program.path.path_rows import (
     CENTRE_COLUMN,
     END_COLUMN,
     FEED_COLUMN,
@@ -34,8 +34,9 @@ from toolpoint.io.program.path_rows import (
 )
 
 if TYPE_CHECKING:
-    from toolpoint.io.program.radius_compensation import Compensation
-    from toolpoint.io.program.segments import Remarks, Segments
+    from toolpoint.io.program.language.remarks import Remarks
+    from toolpoint.io.program.path.radius_compensation import Compensation
+    from toolpoint.io.program.path.segments import Segments
 
 ROUND, LEG, CHAMFER = "rounding", "chamfer by its legs", "chamfer by its length"
 _MIN_TURN = 1e-4  # rad: at flatter corners there is nothing to round

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from toolpoint.io.program.control_modes import CENTER, ControlModes, Places
-from toolpoint.io.program.program_frame import AXES, PLANES, diagonal, rotation
-from toolpoint.io.program.tilted_planes import cancel, tilt_by_euler
+from toolpoint.io.program.control.frame import AXES, PLANES, diagonal, rotation
+from toolpoint.io.program.control.modes import CENTER, ControlModes, Places
+from toolpoint.io.program.control.tilted_planes import cancel, tilt_by_euler
 
 MIN_THOUSANDTHS = 100  # from it on a whole factor P of G51 counts in thousandths, as without a decimal point
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from toolpoint.io.program.offset_contour import ContourElement
+from toolpoint.io.program.path.offset import ContourElement
 
 MIN_PLANE_MOTION = 1e-9  # m: below it a block does not move in its plane
 Row = tuple[float, ...]

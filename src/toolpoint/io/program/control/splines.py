@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from toolpoint.io.program.control_modes import ControlModes
+    from toolpoint.io.program.control.modes import ControlModes
 
 _CHORD_ERROR = 1e-6  # m
 SPLINE_MOTION = 5  # of `ControlModes.motion`

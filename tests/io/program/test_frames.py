@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from toolpoint._check import ToolpointError
 from toolpoint.io.program import gcode
-from toolpoint.io.program.siemens_cycles import peck_depths
+from toolpoint.io.program.iso.siemens_cycles import peck_depths
 
 SHAPE = "G0 X10 Y5 Z2\nG1 Z-1 F600\nG1 X40 Y5\nG3 X50 Y15 I0 J10\nG2 X40 Y25 CR=10\nG1 G91 X-20 Y3\nG90 X10 Y5\nG0 Z2\n"
 

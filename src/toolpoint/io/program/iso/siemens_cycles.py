@@ -12,8 +12,8 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from toolpoint.io.program.control_modes import ControlModes
-from toolpoint.io.program.program_frame import PLANES
+from toolpoint.io.program.control.frame import PLANES
+from toolpoint.io.program.control.modes import ControlModes
 
 CALL = re.compile(r"(MCALL)?\s*\b(CYCLE\d+|HOLES\d)\s*\((.*)\)\s*$", re.DOTALL)
 CALL_END = re.compile(r"MCALL\s*$")

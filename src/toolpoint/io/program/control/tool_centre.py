@@ -12,10 +12,9 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from toolpoint.io.program.control_modes import ControlModes
+    from toolpoint.io.program.control.modes import ControlModes
 
 ROTARY_AXES = {"A": 0, "B": 1, "C": 2}
-DIRECTION_WIDTH = 12  # numbers of a segment: angles of A, B, C (rad) and vector at its start, the same at its end
 _NO_VECTOR = (math.nan, math.nan, math.nan)
 _UPRIGHT_TOLERANCE = 1e-12  # rad, or of a unit vector
 
@@ -72,7 +71,7 @@ class CentreControl:
         return math.dist(self.angles, self._next_angles or self.angles)
 
     def arrive(self) -> tuple[float, ...]:
-        """Return the directions at both ends of the block's motion, see `DIRECTION_WIDTH`; the end is where the tool now is."""
+        """Return the directions at both ends of the block's motion, see `path.segments`; the end is where the tool now is."""
         start = (*self.angles, *(self.vector or _NO_VECTOR))
         if self._next_vector is not None:
             self.vector = self._next_vector

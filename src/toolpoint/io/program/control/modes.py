@@ -5,14 +5,15 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
-from toolpoint.io.program.centre_control import CentreControl, part_of_turn
-from toolpoint.io.program.polar_places import from_pole
-from toolpoint.io.program.program_frame import AXES, PLANES, ProgramFrame
-from toolpoint.io.program.radius_compensation import CompensationMode
-from toolpoint.io.program.rounded_corners import Corner
-from toolpoint.io.program.segments import MOST_SEGMENTS, Remarks, Segments
-from toolpoint.io.program.splines import SPLINE_MOTION
-from toolpoint.io.program.tilted_planes import TiltedPlane
+from toolpoint.io.program.control.frame import AXES, PLANES, ProgramFrame
+from toolpoint.io.program.control.polar_places import from_pole
+from toolpoint.io.program.control.splines import SPLINE_MOTION
+from toolpoint.io.program.control.tilted_planes import TiltedPlane
+from toolpoint.io.program.control.tool_centre import CentreControl, part_of_turn
+from toolpoint.io.program.language.remarks import Remarks
+from toolpoint.io.program.path.radius_compensation import CompensationMode
+from toolpoint.io.program.path.rounded_corners import Corner
+from toolpoint.io.program.path.segments import MOST_SEGMENTS, Segments
 
 CENTER = {"I": 0, "J": 1, "K": 2}
 Places = dict[str, tuple[str, float]]

@@ -6,11 +6,11 @@ import re
 from collections.abc import MutableMapping
 from dataclasses import dataclass, field
 
-from toolpoint.io.program.centre_control import begin_control, end_control
-from toolpoint.io.program.control_modes import ControlModes
-from toolpoint.io.program.expressions import ExpressionFault, Reader
-from toolpoint.io.program.program_frame import PLANES, change_frame
-from toolpoint.io.program.siemens_cycles import (
+from toolpoint.io.program.control.frame import PLANES, change_frame
+from toolpoint.io.program.control.modes import ControlModes
+from toolpoint.io.program.control.tilted_planes import tilt_by_swivel_cycle
+from toolpoint.io.program.control.tool_centre import begin_control, end_control
+from toolpoint.io.program.iso.siemens_cycles import (
     CALL,
     CALL_END,
     CycleCall,
@@ -20,8 +20,8 @@ from toolpoint.io.program.siemens_cycles import (
     is_pattern,
     pattern_places,
 )
-from toolpoint.io.program.tilted_planes import tilt_by_swivel_cycle
-from toolpoint.io.program.words import WordFault
+from toolpoint.io.program.language.expressions import ExpressionFault, Reader
+from toolpoint.io.program.language.words import WordFault
 
 _FRAME = re.compile(r"(A?(?:TRANS|ROT|SCALE|MIRROR))\b(.*)$", re.DOTALL)
 _SWIVEL = re.compile(r"CYCLE800\s*\((.*)\)\s*$", re.DOTALL)

@@ -6,7 +6,7 @@ import re
 from collections.abc import MutableMapping
 from dataclasses import dataclass
 
-from toolpoint.io.program.expressions import ExpressionFault, Reader
+from toolpoint.io.program.language.expressions import ExpressionFault, Reader
 
 # Before these a bracket belongs to an expression; anywhere else it begins a comment.
 _EXPRESSION_START = re.compile(r"(?:[=+*/,(\[<>-]|\b(?:AC|IC|DC|IF|WHILE|AND|OR|NOT|UNTIL|TO|XOR)|SIN|COS|TAN|ATAN2?|SQRT|"

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from toolpoint.io.program.control_modes import ControlModes, Places
-from toolpoint.io.program.program_frame import PLANES
+from toolpoint.io.program.control.frame import PLANES
+from toolpoint.io.program.control.modes import ControlModes, Places
 
 CYCLES = frozenset({73, 74, 76, 81, 82, 83, 84, 85, 86, 87, 88, 89})
 # Cycles that leave the hole at the feed; the others leave it in rapid.

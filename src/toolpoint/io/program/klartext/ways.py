@@ -8,12 +8,12 @@ import re
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
-from toolpoint.io.program.compensated_rows import last_tangent
-from toolpoint.io.program.expressions import ExpressionFault
-from toolpoint.io.program.program_frame import PLANES
+from toolpoint.io.program.control.frame import PLANES
+from toolpoint.io.program.language.expressions import ExpressionFault
+from toolpoint.io.program.path.compensated_rows import last_tangent
 
 if TYPE_CHECKING:
-    from toolpoint.io.program.control_modes import ControlModes
+    from toolpoint.io.program.control.modes import ControlModes
 
 _POLAR_WORD = re.compile(r"\b(I?)P([RA])\s*([+-]?\s*(?:[\d.]+|Q[LRS]?\d+))")
 

@@ -1,7 +1,7 @@
 """Cutter radius compensation, G41, G42 and G40 (ISO), RL, RR and R0 (Klartext): radii of tools, state of the control.
 
 The radius is that of the tool in the spindle, which the program does not hold, or what the program sets: G10 L12 and L13 of a
-register D, G41.1 D, TOOL DEF; D0 is none. `compensated_rows` offsets the segments by it.
+register D, G41.1 D, TOOL DEF; D0 is none. `path.compensated_rows` offsets the segments by it.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from toolpoint.io.program.offset_contour import ContourElement, OffsetFault
+from toolpoint.io.program.path.offset import ContourElement, OffsetFault
 
 if TYPE_CHECKING:
     from toolpoint.cutting.description import CuttingDescription

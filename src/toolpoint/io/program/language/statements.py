@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass, field
 
-from toolpoint.io.program.words import without_comments
+from toolpoint.io.program.language.words import without_comments
 
 _NUMBERED = re.compile(r"[/\s]*(?:N(\d+)|(\d+)(?=\s))?\s*(.*)", re.DOTALL)
 _LABEL = re.compile(r"([A-Z_][A-Z_0-9]+):(?!=)\s*(.*)", re.DOTALL)

@@ -12,10 +12,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from toolpoint.io.program.program_frame import AXES, Matrix, ProgramFrame, rotation
+from toolpoint.io.program.control.frame import AXES, Matrix, ProgramFrame, rotation
 
 if TYPE_CHECKING:
-    from toolpoint.io.program.control_modes import ControlModes
+    from toolpoint.io.program.control.modes import ControlModes
 
 _ROTATION_TOLERANCE = 1e-9
 _SPATIAL_PATTERN = re.compile(r"PLANE\s+SPATIAL\s+SPA\s*([+-]?[\d.]+)\s+SPB\s*([+-]?[\d.]+)\s+SPC\s*([+-]?[\d.]+)(.*)")

@@ -10,11 +10,11 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from toolpoint._doubt import Doubt
-from toolpoint.io.program.cycles import Cycle, drill
-from toolpoint.io.program.expressions import ExpressionFault
+from toolpoint.io.program.control.drilling_cycles import Cycle, drill
+from toolpoint.io.program.language.expressions import ExpressionFault
 
 if TYPE_CHECKING:
-    from toolpoint.io.program.control_modes import ControlModes
+    from toolpoint.io.program.control.modes import ControlModes
 
 _DEFINITION = re.compile(r"CYCL DEF\s+(\d+)")
 _BENDING = {8: "mirroring", 10: "rotation", 11: "scaling", 19: "a tilted plane", 26: "scaling of single axes"}

@@ -6,17 +6,17 @@ import re
 from collections.abc import Mapping, MutableMapping
 from dataclasses import dataclass, field
 
-from toolpoint.io.program.centre_control import ROTARY_AXES, begin_control, end_control
-from toolpoint.io.program.control_modes import CENTER, ControlModes, Places
-from toolpoint.io.program.cycles import CYCLES, Cycle, begin_cycle, drill, dwell_of
-from toolpoint.io.program.fanuc_frames import FanucFrames
-from toolpoint.io.program.interpreter import Request
-from toolpoint.io.program.polar_places import POLAR_WORDS, question_polar_words
-from toolpoint.io.program.program_frame import AXES
-from toolpoint.io.program.rounded_corners import CHAMFER, LEG, ROUND, take_corner_words
-from toolpoint.io.program.siemens_blocks import SiemensBlocks
-from toolpoint.io.program.splines import follow_spline
-from toolpoint.io.program.words import Word, split_words
+from toolpoint.io.program.control.drilling_cycles import CYCLES, Cycle, begin_cycle, drill, dwell_of
+from toolpoint.io.program.control.frame import AXES
+from toolpoint.io.program.control.modes import CENTER, ControlModes, Places
+from toolpoint.io.program.control.polar_places import POLAR_WORDS, question_polar_words
+from toolpoint.io.program.control.splines import follow_spline
+from toolpoint.io.program.control.tool_centre import ROTARY_AXES, begin_control, end_control
+from toolpoint.io.program.iso.fanuc_frames import FanucFrames
+from toolpoint.io.program.iso.siemens_blocks import SiemensBlocks
+from toolpoint.io.program.language.interpreter import Request
+from toolpoint.io.program.language.words import Word, split_words
+from toolpoint.io.program.path.rounded_corners import CHAMFER, LEG, ROUND, take_corner_words
 
 _GROUPS: dict[float, str] = {
     0: "motion", 1: "motion", 2: "motion", 3: "motion", 80: "cycle", 17: "plane", 18: "plane", 19: "plane", 90: "distance",

@@ -3,7 +3,9 @@
 import pytest
 
 from toolpoint import ToolpointError
-from toolpoint.io.program import gcode, interpreter, klartext
+from toolpoint.io.program import gcode
+from toolpoint.io.program.klartext import reader
+from toolpoint.io.program.language import interpreter
 
 HEAD = "G21 G90 G17\n"
 
@@ -31,7 +33,7 @@ def test_a_long_loop_that_ends_runs():
     + "\nFN 12: IF +Q1 LT +1000000 GOTO LBL 1\nEND PGM A MM\n"])
 def test_loops_are_bounded_by_the_characters_they_run(text, monkeypatch):
     """A loop of long expressions may run no longer than one of short lines: the work is counted, not the lines alone."""
-    for module in (interpreter, klartext):
+    for module in (interpreter, reader):
         monkeypatch.setattr(module, "MAX_LOOP_CHARACTERS", 20_000)
     with pytest.raises(ToolpointError, match="characters are run: a loop without end") as caught:
         gcode.parse(text)

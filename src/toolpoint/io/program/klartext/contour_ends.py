@@ -8,13 +8,13 @@ import re
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from toolpoint.io.program.compensated_rows import last_tangent
-from toolpoint.io.program.expressions import ExpressionFault
-from toolpoint.io.program.program_frame import PLANES
-from toolpoint.io.program.radius_compensation import ContourEnd
+from toolpoint.io.program.control.frame import PLANES
+from toolpoint.io.program.language.expressions import ExpressionFault
+from toolpoint.io.program.path.compensated_rows import last_tangent
+from toolpoint.io.program.path.radius_compensation import ContourEnd
 
 if TYPE_CHECKING:
-    from toolpoint.io.program.control_modes import ControlModes
+    from toolpoint.io.program.control.modes import ControlModes
 
 _CONTOUR_END = re.compile(r"(APPR|DEP)\s+(P?)(LT|LN|CT|LCT)\b(.*)")
 _VALUE = r"\s*([+-]?(?:[\d.]+|Q\w+))"

@@ -6,11 +6,11 @@ import re
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from toolpoint.io.program.expressions import ExpressionFault, Reader
-from toolpoint.io.program.files_beside import FilesBeside
-from toolpoint.io.program.segments import Remarks
-from toolpoint.io.program.statements import ProgramLines, Statement
-from toolpoint.io.program.words import WordFault, split_words
+from toolpoint.io.program.language.expressions import ExpressionFault, Reader
+from toolpoint.io.program.language.files_beside import FilesBeside
+from toolpoint.io.program.language.remarks import Remarks
+from toolpoint.io.program.language.statements import ProgramLines, Statement
+from toolpoint.io.program.language.words import WordFault, split_words
 
 # Lines that loops may run beside twenty times the program's own; passes of a loop that changes no variable: it never ends.
 MAX_LOOP_LINES, LINES_PER_PROGRAM_LINE, MAX_STANDSTILL_PASSES, MAX_CALL_DEPTH = 100_000, 20, 1000, 20

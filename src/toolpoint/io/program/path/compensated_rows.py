@@ -12,7 +12,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from toolpoint._doubt import Doubt
-from toolpoint.io.program.offset_contour import (
+from toolpoint.io.program.path.offset import (
     ContourElement,
     Joint,
     OffsetFault,
@@ -20,7 +20,7 @@ from toolpoint.io.program.offset_contour import (
     lead_in_arc,
     place_parallel,
 )
-from toolpoint.io.program.path_rows import (
+from toolpoint.io.program.path.path_rows import (
     END_COLUMN,
     PLANE_COLUMN,
     START_COLUMN,
@@ -37,7 +37,8 @@ from toolpoint.io.program.path_rows import (
 )
 
 if TYPE_CHECKING:
-    from toolpoint.io.program.segments import Remarks, Segments
+    from toolpoint.io.program.language.remarks import Remarks
+    from toolpoint.io.program.path.segments import Segments
 
 MAX_BLOCKS_WITHOUT_PLANE_MOTION = 1  # between two that move in the plane, which all controls look past
 

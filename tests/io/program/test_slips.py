@@ -9,7 +9,7 @@ from toolpoint.io import read_drives
 from toolpoint.io.faults import FileFaults
 from toolpoint.io.program.gcode import parse
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 
 
 @pytest.mark.parametrize("comment", ["12 ; comment", "12;comment", "12   ", "12 ; L X+99", "; comment"])

@@ -13,12 +13,13 @@ from toolpoint._doubt import Doubt
 from toolpoint._notebook import NotebookText
 from toolpoint.drives.program.path import Path as DrivePath
 from toolpoint.io.faults import Fault, FileFaults
-from toolpoint.io.program.centre_control import DIRECTION_WIDTH
-from toolpoint.io.program.compensated_rows import compensate_rows
-from toolpoint.io.program.radius_compensation import Compensation, ContourEnd, CutterRadii
-from toolpoint.io.program.rounded_corners import Corner, round_corners
+from toolpoint.io.program.language.remarks import Remarks
+from toolpoint.io.program.path.compensated_rows import compensate_rows
+from toolpoint.io.program.path.radius_compensation import Compensation, ContourEnd, CutterRadii
+from toolpoint.io.program.path.rounded_corners import Corner, round_corners
 
 MOST_SEGMENTS = 2_000_000
+DIRECTION_WIDTH = 12  # numbers of a segment: angles of A, B, C (rad) and vector at its start, the same at its end
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,8 +33,8 @@ class Program(NotebookText):
     tool in the spindle, 0 before the first. `plane_index` (n,) says in the axes of which of `rotations` (k, 3, 3) a segment is
     written: columns are the axes of a tilted plane in the work, the first are the work's own. `rotary` holds the lines whose
     words turn A, B or C: these are not followed. Of programs with tool centre control `directions` (n, 12) holds what was
-    programmed of the tool's direction at both ends of every segment (see `centre_control`), `is_controlled` (n,) where it is in
-    force, `unseen` (n,) rapids whose tip's way is not known.
+    programmed of the tool's direction at both ends of every segment (see `control.tool_centre`), `is_controlled` (n,) where it
+    is in force, `unseen` (n,) rapids whose tip's way is not known.
     """
 
     kind: np.ndarray
@@ -102,58 +103,6 @@ class Program(NotebookText):
 
 
 @dataclass
-class Remarks:
-    """Faults and notes while a program is read: the same words in many lines are one, with the number of lines."""
-
-    faults: dict[str, list[tuple[int, int]]] = field(default_factory=dict)
-    without_motion_words: dict[str, set[int]] = field(default_factory=dict)
-    notes: dict[str, set[int]] = field(default_factory=dict)
-    place: str = ""  # in a file beside the program, in words
-    count: int = 0  # of faults, equal ones too
-    look_ahead: str = ""  # word by which the control is told to pass over bottlenecks of a compensated contour
-
-    def fault(self, number: int, column: int, message: str) -> None:
-        """Keep a fault."""
-        self.count += 1
-        message, column = message + self.place, 1 if self.place else column
-        places = self.faults.setdefault(message, [])
-        if (number, column) not in places:
-            places.append((number, column))
-
-    def without_motion(self, number: int, word: str) -> None:
-        """Keep a word that moves nothing."""
-        self.without_motion_words.setdefault(word, set()).add(number)
-
-    def note(self, number: int, message: str) -> None:
-        """Keep what was assumed or left out."""
-        self.notes.setdefault(message, set()).add(number)
-
-    def fault_list(self) -> list[Fault]:
-        """Return the faults, each at its first line."""
-        faults = []
-        for message, places in self.faults.items():
-            lines = len({number for number, _ in places})
-            count_words = f" (in {lines} lines)" if lines > 1 else ""
-            faults.append(Fault(*places[0], "", message + count_words))
-        return sorted(faults, key=lambda f: f.line)[:100]
-
-    def note_list(self) -> tuple[str, ...]:
-        """Return the notes; all words without motion in one."""
-        notes = [f"{message} ({_lines(numbers)})" for message, numbers in self.notes.items()]
-        if self.without_motion_words:
-            words = ", ".join(f"{word} in {len(numbers)} line" + "s" * (len(numbers) > 1)
-                              for word, numbers in self.without_motion_words.items())
-            notes.append(f"words without motion are passed over: {words}")
-        return tuple(notes)
-
-
-def _lines(numbers: set[int]) -> str:
-    first = sorted(numbers)
-    return f"line {first[0]}" if len(first) == 1 else f"lines {', '.join(map(str, first[:3]))}" + \
-        (f" and {len(first) - 3} more" if len(first) > 3 else "")
-
-
-@dataclass
 class Segments:
     """Rows of a program that is being read."""
 
@@ -185,7 +134,7 @@ class Segments:
             self.compensations[len(self.rows) - 1] = self.compensation
 
     def keep_directions(self, directions: tuple[float, ...]) -> None:
-        """Keep the directions of the tool at both ends of the last row, see `centre_control`."""
+        """Keep the directions of the tool at both ends of the last row, see `control.tool_centre`."""
         self.directions[len(self.rows) - 1] = directions
 
     def keep_unseen(self) -> None:

@@ -7,7 +7,7 @@ import pytest
 
 from toolpoint import ToolpointError
 from toolpoint.io.program.gcode import parse
-from toolpoint.io.program.segments import Program
+from toolpoint.io.program.path.segments import Program
 
 FANUC = """S9000 M3
 G0 X-20 Y10 Z50 B0 C0

@@ -1,6 +1,7 @@
 """Klartext of Heidenhain controls, a subset: L, LP, CC, C, CP, CR, CT, RND, CHF, FMAX, M, TOOL CALL, Q parameters, FN, LBL.
 
-Radius compensation is RL, RR and R0 (`radius_compensation`), with APPR and DEP on straight lines (`contour_ends`).
+Radius compensation is RL, RR and R0 (`path.radius_compensation`), with APPR and DEP on straight lines
+(`klartext.contour_ends`).
 """
 
 from __future__ import annotations
@@ -8,17 +9,17 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass, field
 
-from toolpoint.io.program.centre_control import begin_control, end_control
-from toolpoint.io.program.contour_ends import leave_contour, split_contour_end
-from toolpoint.io.program.control_modes import ControlModes
-from toolpoint.io.program.expressions import ExpressionFault, Reader
-from toolpoint.io.program.interpreter import LINES_PER_PROGRAM_LINE, MAX_LOOP_CHARACTERS, MAX_LOOP_LINES
-from toolpoint.io.program.klartext_cycles import KlartextCycles
-from toolpoint.io.program.klartext_ways import circle_about_pole, polar_end, take_polar_words, tangent_arc
-from toolpoint.io.program.program_frame import AXES
-from toolpoint.io.program.rounded_corners import LEG, ROUND
-from toolpoint.io.program.segments import Program
-from toolpoint.io.program.tilted_planes import tilt_by_plane_function
+from toolpoint.io.program.control.frame import AXES
+from toolpoint.io.program.control.modes import ControlModes
+from toolpoint.io.program.control.tilted_planes import tilt_by_plane_function
+from toolpoint.io.program.control.tool_centre import begin_control, end_control
+from toolpoint.io.program.klartext.contour_ends import leave_contour, split_contour_end
+from toolpoint.io.program.klartext.cycles import KlartextCycles
+from toolpoint.io.program.klartext.ways import circle_about_pole, polar_end, take_polar_words, tangent_arc
+from toolpoint.io.program.language.expressions import ExpressionFault, Reader
+from toolpoint.io.program.language.interpreter import LINES_PER_PROGRAM_LINE, MAX_LOOP_CHARACTERS, MAX_LOOP_LINES
+from toolpoint.io.program.path.rounded_corners import LEG, ROUND
+from toolpoint.io.program.path.segments import Program
 
 _AXIS = re.compile(r"\s*(I?)([XYZABC])\s*(?=[+\-\dQ.])")
 _WORDS_WITHOUT_MOTION = re.compile(r"(TOOL (?:CALL|DEF)|CYCL (?:DEF|CALL)|BLK FORM|BEGIN PGM|STOP|TCH PROBE|FN "
