@@ -138,6 +138,7 @@ def _matched(path: Path, names: Sequence[str], channels: Sequence[ChannelDescrip
     lower = [name.lower() for name in names]
     for channel in channels:
         key = channel.channel.strip().lower()
+        # By name before number: channels may be called 1, 2, 3 in another order than they stand in.
         if key in lower:
             place = lower.index(key)
         elif key.isdigit() and 1 <= int(key) <= len(names):
@@ -163,6 +164,8 @@ def _channel(path: Path, name: str, unit: str, described: ChannelDescription | N
     if quantity in MOTIONS and (unit.strip().lower() in VOLTS or unit == FULL_SCALE):
         raise ToolpointError(f"{path}: channel {name!r} ({quantity}) is in {unit} and has no sensitivity; give it with "
                              f"`channel`, for example '{name}={quantity} {'2.25mV/N' if quantity == 'force' else '100mV/g'}'")
+    # A force in m/s^2 is a swapped cable or a wrong line of the test file: read either way, the result would look
+    # plausible.
     if by_unit is not None and quantity != by_unit and quantity in MOTIONS:
         raise ToolpointError(f"{path}: channel {name!r} is in {unit}, which is {by_unit}, and is called {quantity}; correct "
                              "one of both")

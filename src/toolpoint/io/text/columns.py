@@ -65,6 +65,8 @@ def read_columns(path: str | Path) -> Columns:
     for number, line in enumerate(lines, start=1):
         row = split_numbers(line, separator, comma)
         if row is None:
+            # Words before the first line of numbers are a header; behind it they are a fault, as a line left out would
+            # shift the times.
             if rows and line.strip() and line.lstrip()[:1] not in "#%":
                 hint = "decimal comma; write decimal points" if _DECIMAL_COMMA.match(line) else ""
                 faults.append(Fault(number, 1, "", hint or f"{line.strip()[:60]!r} is not a line of numbers"))
@@ -95,6 +97,7 @@ def is_count(name: str) -> bool:
 
 def split_numbers(line: str, separator: str | None, comma: bool) -> list[float] | None:
     """Return the numbers of a line, None where it holds anything else."""
+    # Exports of spreadsheets end a line by a separator, which is no further column, and quote numbers.
     stripped = line.strip().rstrip(";,").replace('"', "").strip()
     if not stripped:
         return None
@@ -164,6 +167,7 @@ def _with_time(path: Path, names: list[str], units: list[str], table: FloatArray
     if is_clock and (decreasing := np.flatnonzero(np.diff(time) < -DAY / 2)).size == 1:
         time[decreasing[0] + 1:] += DAY  # over midnight
     step = (time[-1] - time[0]) / max(time.size - 1, 1)
+    # The second term is single precision's rounding of the last time: loggers write times as float32.
     is_even = step > 0 and np.abs(np.diff(time) - step).max() <= TIME_STEP_TOLERANCE * step + 2e-6 * abs(time[-1])
     if not is_even and _is_rounded(time, step):
         # The last digit of the first and last times would be an error of the rate: all times tell it.

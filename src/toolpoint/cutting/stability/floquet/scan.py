@@ -270,7 +270,7 @@ def improve(points: Array, fine: ArcSet, turning: Turning) -> None:
 @nb.njit(cache=True, nogil=True)
 def scan_many(periods: FloatArray, omegas: FloatArray, w_max: float, poles: ComplexArray, sets: tuple[ArcSet, ArcSet],
               levels: FloatArray, base: int, points: Array, memory: ScanMemory) -> tuple[IndexArray, IndexArray, FloatArray]:
-    """Return the scan all speeds; `points` (n, MAX_POINTS) are written, sets = (coarse, fine), `memory` has a leading axis over
+    """Scan all speeds; `points` (n, MAX_POINTS) are written, sets = (coarse, fine), `memory` has a leading axis over
     speeds.
 
     Returns (number of points, status, largest s resolved) of every speed.

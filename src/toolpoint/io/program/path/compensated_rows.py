@@ -55,6 +55,7 @@ def compensate_rows(segments: Segments, remarks: Remarks) -> None:
     for rows, radius in zip(runs, radii, strict=True):
         assert radius is not None
         offsets |= dict.fromkeys(rows, radius * segments.compensations[rows[0]].side)
+    # D0 and a radius of zero compensate nothing: the rows stay bit for bit as they were.
     if not any(offsets.values()):
         return
     writer = _Writer(segments, remarks)
@@ -83,6 +84,7 @@ def _list_runs(segments: Segments) -> list[range]:
     for k in range(len(segments.rows) + 1):
         compensation = segments.compensations.get(k)
         row = segments.rows[k] if k < len(segments.rows) else ()
+        # A change of any of these inside a run is a new run, whose beginning then is refused or noted with its line.
         key = None if compensation is None else (compensation, segments.tool_of(row), plane_of(row), row[TILT_COLUMN])
         if key != last_key:
             if last_key is not None:
@@ -228,6 +230,8 @@ class _Writer:
             joint, parallel = joints.get(k), parallels[k]
             if joint is not None and joint.centre is not None:
                 height = start_of(row)
+                # An arc about a corner has no row of the program: its number leaves dwells and directions with the rows
+                # that have one.
                 self._write(-1, self._arc_row(row, ContourElement(joint.leave, joint.begin, joint.centre, joint.sweep),
                                               (height, height), stop=False))
                 self.place = joint.begin

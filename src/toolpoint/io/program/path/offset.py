@@ -80,6 +80,8 @@ def join_elements(first: ContourElement, second: ContourElement, offset: float, 
         is_outside = offset * (first.curvature + second.curvature) >= 0
     else:
         is_outside = turn * offset < 0
+    # Rounding of programmed coordinates turns tangents of smooth contours a little: arcs of nanometres between would be
+    # noise.
     if abs(offset) * turn * turn < _MAX_MITRE_MISMATCH:
         place = corner + 1j * offset * bisector / (abs(bisector) * math.cos(turn / 2))
         return Joint(place, place)
@@ -91,6 +93,7 @@ def join_elements(first: ContourElement, second: ContourElement, offset: float, 
     # Into the corner: the way in which the direction changes, of small turns the normal.
     inwards = 1j * offset * bisector if abs(turn) < 1 or is_outside else abs(offset) * (second_way - first_way)
     middle = corner + abs(offset) * inwards / abs(inwards)
+    # A circle is met twice: the place at the corner is the one nearest to its bisector.
     place = min(places, key=lambda candidate: abs(candidate - middle))
     return Joint(place, place)
 
@@ -148,6 +151,7 @@ def place_parallel(element: ContourElement, offset: float, ends: tuple[complex, 
     if radius < _MAX_REVERSAL:  # the tool turns on the spot
         return ContourElement(begin, end)
     way = math.copysign(1.0, element.sweep)
+    # By angles from both ends, not from the begin to the end: an arc of more than half a turn keeps its sense.
     late = cmath.phase((begin - element.centre) / (element.start - element.centre))
     early = cmath.phase((element.end - element.centre) / (end - element.centre))
     sweep = element.sweep - late - early

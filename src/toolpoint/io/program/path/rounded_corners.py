@@ -74,6 +74,7 @@ def take_corner_words(text: str, variables: MutableMapping[str, float], unset: s
         while match := pattern.search(text):
             reader = Reader(text, variables, match.end(), unset)
             values[match[1] if pattern is _SIEMENS_WORD else f",{match[1]}"] = reader.sum()
+            # Blanks in place of the word: columns of later faults stay those of the file.
             text = text[:match.start()] + " " * (reader.position - match.start()) + text[reader.position:]
     if "," in text and re.search(r",\s*[A-Z]\s*[-+.\d]", text) and "(" not in text:
         raise ExpressionFault("words behind a comma are ,R and ,C alone")
@@ -97,6 +98,7 @@ def round_corners(segments: Segments, remarks: Remarks) -> None:
                 if replaced is not None:
                     rows[k], inserted[j], rows[j] = replaced
                 continue
+        # A rounding for all corners (RNDM) passes over those where it does not fit, as controls do.
         if not corner.is_modal:
             remarks.fault(corner.line, 1, f"a {corner.kind} of {1e3 * corner.size:g} mm: {wrong or 'no block follows it'}")
     _insert(segments, inserted)
