@@ -19,6 +19,7 @@ from toolpoint.signals.test_description import ChannelDescription, Motion
 from toolpoint.vibration import Dof, Record
 
 MOTIONS = ("force", "acceleration", "velocity", "displacement")
+# Names of channels as analysers write them in English and German; f, a and v alone only where nothing else stands.
 _WORDS = {"force": r"\bforce\b|hammer|\bkraft\b|^f[xyz]?$", "acceleration": r"acc|beschl|^a[xyz]?$",
           "velocity": r"\bvel|\bv[xyz]$|vibrometer", "displacement": r"\bdisp|\bweg\b"}
 _LABEL_PATTERN = re.compile(rf"(?:(?P<quantity>{'|'.join(MOTIONS)})\s+)?(?P<dof>\S+:[-+]?r?[xyz])", re.IGNORECASE)

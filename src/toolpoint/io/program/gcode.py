@@ -31,6 +31,7 @@ from toolpoint.io.program.path.segments import Program
 
 __all__ = ["Program", "parse", "read", "read_path"]
 
+# Some millions of lines: programs of moulds have as many, a film or a disk image that was named by mistake has more.
 _MAX_PROGRAM_BYTES = 200_000_000
 MAX_FAULTY, FEWEST_FAULTY = 0.5, 4  # share of the lines of a program that may be no blocks; lines from which they are counted
 Point = tuple[float, float, float]

@@ -15,16 +15,20 @@ from toolpoint.io.door import door
 from toolpoint.io.faults import Fault, FileFaults
 from toolpoint.io.quantities.sensitivities import QUANTITY_BY_UNIT, VOLTS
 
+# As loggers, LabVIEW and spreadsheets call a column of time; matched whole, so that "temperature" is none.
 TIMES = ("t", "time", "zeit", "x_value", "timestamp", "time stamp", "date", "date/time", "datetime")
 COUNTS = ("sample", "samples", "index", "idx", "n", "nr", "no", "point", "row", "count", "messwert", "")
 EXPECTED_RECORDS = "records are read from universal files, text, LVM, WAV, TDMS, MATLAB, NumPy and HDF5"
 DAY = 86400.0  # s
+# A time of day with a date before it or a zone behind it: only differences count.
 _CLOCK = re.compile(r"(?:[\d./-]+[T ])?\s*(\d{1,2}):(\d{2}):(\d{2}(?:[.,]\d+)?)(?:Z|[+-]\d{2}:?\d{2})?")
+# A comma inside a number with another separator behind it: with commas as separators it could not be told.
 _DECIMAL_COMMA = re.compile(r"^\s*[-+]?\d+,\d+\s*[;\t]")
 # Largest deviation of a time step from the mean one: a sample that is left out doubles one.
 TIME_STEP_TOLERANCE = 0.01
 MAX_ROUNDING_STEPS = 0.25  # of a time step, in the last digit of the times: coarser, a sample that is left out does not show
 MAX_TIME_DECIMALS, LATE_TIMES = 9, 100
+# Name and unit in either kind of bracket, quoted or not.
 _HEAD = re.compile(r"^\s*\"?([^\[\](\"]+?)\s*(?:[\[(]\s*([^\])]*?)\s*[\])])?\"?\s*$")
 _TIME_UNITS = {"": 1.0, "s": 1.0, "sec": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6}
 

@@ -26,6 +26,7 @@ _WORDS = {part: rf"(?<![a-z])(?:{words})(?![a-z])" for part, words in {  # also 
 _WORDS["magnitude"] += r"|\|h\|"
 _TIME = r"(?:t|time|zeit|temps|tiempo|tempo)(?![a-z])"
 _FREQUENCY = r"freq|\bf\b|\bhz\b|\bkhz\b|omega|\bw\b|rad/s"
+# A name, and the last brackets as its unit, which may hold brackets of its own: (m/s^2)/N.
 _CELL = re.compile(r"^\s*\"?\s*(.*?)\s*(?:[\[(]\s*((?:[^()\[\]]|\([^()]*\))*)\s*[\])])?\s*\"?\s*$")
 
 

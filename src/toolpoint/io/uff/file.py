@@ -90,6 +90,7 @@ def _channels(file: UniversalFile, dofs: list[Dof], kinds: list[str]) -> tuple[D
 
 def _step(file: UniversalFile, axes: list[FloatArray]) -> float:
     first = axes[0]
+    # Of text files an axis has six digits or so; a record that began at another time differs by far more.
     if any(axis.size != first.size or not np.allclose(axis, first, rtol=1e-6, atol=1e-9) for axis in axes[1:]):
         raise ToolpointError(f"{file.path}: time records with unequal axes; must share start, step and length")
     step = float((first[-1] - first[0]) / (first.size - 1)) if first.size > 1 else 0.0

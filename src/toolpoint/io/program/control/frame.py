@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 
 Matrix = list[list[float]]
 AXES = {"X": 0, "Y": 1, "Z": 2}
+# G18 is Z and X, in this order: the sense of arcs follows from it, and X and Z would turn them round.
 PLANES = {17: (0, 1), 18: (2, 0), 19: (1, 2)}
 _TURN_TOLERANCE = 1e-9  # of a component: sines of right angles are wrong by 1e-16, and turned frames add up a few
 

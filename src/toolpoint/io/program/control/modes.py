@@ -311,6 +311,8 @@ class ControlModes:
         first = math.atan2(start[b] - center[b], start[a] - center[a])
         last = math.atan2(end[b] - center[b], end[a] - center[a])
         sweep = (turn * (last - first)) % (2 * math.pi)
+        # Ends that agree but for rounding are a full circle, never an arc of nothing: so ISO 6983 and all controls read
+        # them.
         if sweep < 1e-9 or 2 * math.pi - sweep < 1e-9:
             sweep = 2 * math.pi
         return center, turn * sweep

@@ -37,6 +37,7 @@ _REFUSED_CODES = {6.2: "a spline", 7: "a diameter in X",
             33: "thread cutting", 34: "thread cutting", 32: "thread cutting", 331: "tapping", 332: "tapping",
             12.1: "polar interpolation", 7.1: "cylinder interpolation", 110: "polar coordinates", 111: "polar coordinates",
             112: "polar coordinates"}
+# Siemens words that choose how a contour is reached; only NORM is computed, the others are said.
 _CONTOUR_WAYS = re.compile(r"\b(?:NORM|KONT[CT]?|CDON|CDOF2?)\b")
 _LETTERS_WITHOUT_MOTION = set("NSTMDOH")
 _VECTOR_WORDS = {"A3": 0, "B3": 1, "C3": 2}

@@ -32,6 +32,7 @@ _PITCH = {3: 0.5, 4: 0.7, 5: 0.8, 6: 1.0, 8: 1.25, 10: 1.5, 12: 1.75, 14: 2.0, 1
           27: 3.0, 30: 3.5, 33: 3.5, 36: 4.0, 39: 4.0, 42: 4.5, 45: 4.5, 48: 5.0}
 # Way that chip breaking goes back; distance kept when a hole is entered again, 1/50 of the depth of deep ones, m.
 _CHIP_BREAK_RETRACT_M, _REENTRY_DISTANCE_M, _SHALLOW_HOLE_DEPTH_M, _MAX_REENTRY_DISTANCE_M = 1e-3, 0.6e-3, 30e-3, 7e-3
+# A pattern with a count in the wrong parameter must end as a fault, not as millions of moves.
 _MAX_HOLES = 10_000
 
 
@@ -92,6 +93,7 @@ def peck_depths(first: float, degression: float, total: float, *, least_stroke: 
     first = min(first, total) if first > 0 else total
     depths, stroke = [first], first
     floor = max(least_stroke, degression if degression > 0 else 0.0)
+    # Degressive pecks get ever smaller: rounding would add a last one of nothing, and a small minimum pecks without end.
     while total - depths[-1] > 1e-9 * total and len(depths) < _MAX_HOLES:
         if degression > 0:
             stroke = max(stroke - degression, min(floor, stroke))

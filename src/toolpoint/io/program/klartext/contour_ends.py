@@ -16,6 +16,7 @@ from toolpoint.io.program.path.radius_compensation import ContourEnd
 if TYPE_CHECKING:
     from toolpoint.io.program.control.modes import ControlModes
 
+# APPR PLCT and its like: way to or from, polar or not, and one of four ways.
 _CONTOUR_END = re.compile(r"(APPR|DEP)\s+(P?)(LT|LN|CT|LCT)\b(.*)")
 _VALUE = r"\s*([+-]?(?:[\d.]+|Q\w+))"
 _WORDS = {name: re.compile(rf"\b{name}{_VALUE}") for name in ("LEN", "CCA", "R")}

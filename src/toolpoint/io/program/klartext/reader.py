@@ -21,14 +21,17 @@ from toolpoint.io.program.language.interpreter import LINES_PER_PROGRAM_LINE, MA
 from toolpoint.io.program.path.rounded_corners import LEG, ROUND
 from toolpoint.io.program.path.segments import Program
 
+# An axis needs a number or Q behind it: X alone is a letter of another word.
 _AXIS = re.compile(r"\s*(I?)([XYZABC])\s*(?=[+\-\dQ.])")
 _WORDS_WITHOUT_MOTION = re.compile(r"(TOOL (?:CALL|DEF)|CYCL (?:DEF|CALL)|BLK FORM|BEGIN PGM|STOP|TCH PROBE|FN "
                                    r"?1[0-9](?!\d)|FN ?18|"
                     r"FUNCTION|PATTERN|SEL|M\d|\*|Q\d+\s*=)")
 _UNKNOWN_RISE = 1e-6  # m, of a move to a height that the program does not hold; `raise_reference_moves` takes it over the stock
 _FN_GOTO = re.compile(r"FN\s*(9|10|11|12)\s*:\s*IF\s*(.+?)\s*(EQU|NE|GT|LT)\s*(.+?)\s*GOTO\s*LBL\s*\"?(\w+)")
+# R0, RL, RR as words of their own: RND and a radius R+5 begin with the same letter.
 _COMPENSATION = re.compile(r"\bR([LR0])(?![\w.])")
 _DEFINED_RADIUS = re.compile(r"TOOL DEF\s+(\d+)\b.*\bR\s*([+-]?[\d.]+)")
+# Questions for the actual position, which a program that runs without a machine knows from its own moves.
 _POSITION = re.compile(r"SYSREAD\s+Q[LRS]?\d+\s*=\s*ID2[47]0\s+NR1\s+IDX([123])\b")
 _FN_SET = re.compile(r"FN\s*(\d+)\s*:\s*(?:SYSREAD\s+)?(Q[LRS]?\d+)\s*=\s*(.+)")
 

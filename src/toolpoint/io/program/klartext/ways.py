@@ -75,6 +75,7 @@ def tangent_arc(state: ControlModes, number: int, end: list[float]) -> None:
     start, goal = (complex(*(point[i] for i in plane)) for point in (state.position, end))
     way, normal = goal - start, 1j * tangent
     across = (way * normal.conjugate()).real
+    # An end on the tangent itself is an arc of infinite radius: a straight line.
     if abs(way) == 0 or abs(across) < 1e-9 * abs(way):
         if (way * tangent.conjugate()).real <= 0:
             raise ExpressionFault("CT to a place behind its start, or to the start itself: no arc leads there")

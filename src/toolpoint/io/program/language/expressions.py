@@ -27,7 +27,9 @@ _FUNCTIONS: dict[str, Callable[[float], float]] = {
     "ROUND": lambda v: math.floor(v + 0.5), "FIX": math.floor, "FUP": math.ceil, "TRUNC": math.trunc, "INT": math.trunc,
     "FRAC": lambda v: v - math.trunc(v), "LN": math.log, "EXP": math.exp, "POT": lambda v: v * v, "NOT": lambda v: float(not v),
     "NEG": lambda v: -v}
+# The longest first: ASIN must not be read as a name with SIN at its end, nor ATAN2 as ATAN.
 _BY_LENGTH = sorted(_FUNCTIONS, key=len, reverse=True)
+# R and Q with a digit or bracket are variables; R alone is the radius of an arc.
 _PARAMETER = re.compile(r"(R|Q[LRS]?)(\d|\[)")
 _MAX_BRACKET_DEPTH = 50  # each takes one Python call a level of precedence: far below the interpreter's own limit
 

@@ -11,7 +11,9 @@ from dataclasses import dataclass, field
 
 from toolpoint.io.program.language.words import without_comments
 
+# Line numbers as N10 or, in Klartext, as bare numbers; a slash before them skips the block only where the switch is on.
 _NUMBERED = re.compile(r"[/\s]*(?:N(\d+)|(\d+)(?=\s))?\s*(.*)", re.DOTALL)
+# Siemens labels end in a colon; := behind a name is an assignment of other dialects.
 _LABEL = re.compile(r"([A-Z_][A-Z_0-9]+):(?!=)\s*(.*)", re.DOTALL)
 _OWORD = re.compile(r"O\s*(\d+|<[^>]*>)\s*(SUB|ENDSUB|CALL|RETURN|IF|ELSEIF|ELSE|ENDIF|WHILE|ENDWHILE|DO|REPEAT|ENDREPEAT|"
                     r"BREAK|CONTINUE)\b\s*(.*)", re.DOTALL)

@@ -12,6 +12,7 @@ from toolpoint.io.program.language.expressions import ExpressionFault, Reader
 _EXPRESSION_START = re.compile(r"(?:[=+*/,(\[<>-]|\b(?:AC|IC|DC|IF|WHILE|AND|OR|NOT|UNTIL|TO|XOR)|SIN|COS|TAN|ATAN2?|SQRT|"
                                r"ABS|POT|TRUNC|ROUND|\b(?:CYCLE\d+|HOLES\d|POCKET\d|SLOT\d|LONGHOLE|MSG|WORKPIECE|PROC\s+\w+))\s*$")
 _ASSIGN = re.compile(r"\s*(#\s*(?:\d+|<[^>]*>|\[|#)|R(?:\d+|\[[^\]]*\])(?=\s*=)|(?!CR\b)[A-Z_]{2,}[A-Z_0-9]*(?=\s*=(?!=)))")
+# S2=500 is the second spindle's speed, not a word S of value 2.
 _EXTENDED_ADDRESS = re.compile(r"\s*([SMTHDF])(\d+)\s*=")
 _VECTOR = re.compile(r"\s*([ABC])([2-7])\s*=\s*(AC|IC)?")
 _LETTER = re.compile(r"\s*(CR|[A-Z@^])\s*(=?)\s*(AC|IC|DC|ACP|ACN)?(?=\s*[\[(#+\-.\dRQA-Z$]|$)")

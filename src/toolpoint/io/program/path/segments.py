@@ -18,6 +18,7 @@ from toolpoint.io.program.path.compensated_rows import compensate_rows
 from toolpoint.io.program.path.radius_compensation import Compensation, ContourEnd, CutterRadii
 from toolpoint.io.program.path.rounded_corners import Corner, round_corners
 
+# Twice the largest programs of moulds; a loop that never ends reaches it within seconds and is named.
 MOST_SEGMENTS = 2_000_000
 DIRECTION_WIDTH = 12  # numbers of a segment: angles of A, B, C (rad) and vector at its start, the same at its end
 
