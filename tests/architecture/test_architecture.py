@@ -265,3 +265,24 @@ def test_what_a_room_exports_is_what_it_loads_on_first_use(path):
     listed = next(node for node in tree_of(path).body
                   if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == "__all__")
     assert set(ast.literal_eval(listed.value)) == {name for _, _, name in shown}
+
+
+COMPILED_BY_ADDRESS = {"_green_node", "_hill_node"}  # see `far_call.address_of`: kernels without a decorator
+
+
+def test_kernels_without_a_door_from_python_are_called_by_kernels_alone():
+    """From Python such a kernel (`inner_njit`) works, but is compiled once more for every process that calls it so."""
+    inner = {node.name for path in MODULES for node in tree_of(path).body if isinstance(node, ast.FunctionDef)
+             and any(ast.unparse(mark).startswith("inner_njit") for mark in node.decorator_list)}
+
+    def calls_from_python(path):
+        imported = {alias.name for node in tree_of(path).body if isinstance(node, ast.ImportFrom)
+                    and "cutting.stability" in (node.module or "") for alias in node.names}
+        names = inner & (imported | {node.name for node in tree_of(path).body if isinstance(node, ast.FunctionDef)})
+        for node in nodes_of(path) if names else ():
+            if (isinstance(node, ast.FunctionDef) and node.name not in COMPILED_BY_ADDRESS
+                    and not any("njit" in ast.unparse(mark) for mark in node.decorator_list)):
+                yield from sorted(names & {part.id for part in ast.walk(node) if isinstance(part, ast.Name)})
+
+    assert len(inner) >= 40
+    assert in_modules(calls_from_python, [path for path in MODULES if path.is_relative_to(SOURCE / "cutting")]) == []

@@ -8,6 +8,7 @@ import numba as nb
 import numpy as np
 
 from toolpoint._check import FloatArray
+from toolpoint._inner_kernels import inner_njit
 from toolpoint.cutting.stability.panels.records import Walls
 
 TURN = 2 * math.pi
@@ -35,7 +36,7 @@ def limits(entry: float, leave: float, ratio: float) -> tuple[float, float]:
             math.acos(max(-1.0, min(1.0, math.cos(leave) * ratio))))
 
 
-@nb.njit(cache=True, nogil=True)
+@inner_njit(cache=True, nogil=True)
 def beyond_walls(angle: float, slope: float, u: float, walls: Walls, out: FloatArray) -> None:
     """Write how far the edge at length u (m) is beyond its entry and before its exit, rad, into out (2,).
 
@@ -48,7 +49,7 @@ def beyond_walls(angle: float, slope: float, u: float, walls: Walls, out: FloatA
     out[0], out[1] = phi - a, b - phi
 
 
-@nb.njit(cache=True, nogil=True)
+@inner_njit(cache=True, nogil=True)
 def wall_length(angle: float, slope: float, span: tuple[float, float], values: tuple[float, float], wall: int, walls: Walls,
                 room: FloatArray) -> tuple[float, float]:
     """Return the edge lengths on the side of the first and of the last end of a span between which the edge meets a wall, equal
@@ -90,7 +91,7 @@ def wall_length(angle: float, slope: float, span: tuple[float, float], values: t
     return b, a
 
 
-@nb.njit(cache=True, nogil=True)
+@inner_njit(cache=True, nogil=True)
 def tooth_pieces(angle: float, slope: float, marks: FloatArray, walls: Walls, out: FloatArray) -> int:
     """Write the pieces of the edge (u from, to, m) in cut when its tip is at `angle` (rad) into out (pieces, 2); return their
     number.

@@ -20,6 +20,7 @@ import numba as nb
 import numpy as np
 
 from toolpoint._check import BoolArray, ComplexArray, FloatArray, IndexArray
+from toolpoint._inner_kernels import inner_njit
 from toolpoint.cutting.stability.panels.edge_walls import TURN, tooth_pieces
 from toolpoint.cutting.stability.panels.records import (
     EdgeLaw,
@@ -63,7 +64,7 @@ def directions_of(s: float, c: float, leaning: tuple[float, float], law: EdgeLaw
             drag[a, b] = (n[a] + law.friction * t[a]) * n[b]
 
 
-@nb.njit(cache=True, nogil=True)
+@inner_njit(cache=True, nogil=True)
 def lay(angle: FloatArray, edges: EdgeLines, walls: Walls, law: EdgeLaw, gx: FloatArray, gw: FloatArray, laid: LaidCut) -> int:
     """Lay the cut on nodes at these angles: `laid` (`LaidCut`) is filled, gx and gw the Gauss rule along a piece of the edge.
 
@@ -115,7 +116,7 @@ def lay(angle: FloatArray, edges: EdgeLines, walls: Walls, law: EdgeLaw, gx: Flo
     return used
 
 
-@nb.njit(cache=True, nogil=True)
+@inner_njit(cache=True, nogil=True)
 def look_back(angle: FloatArray, first: IndexArray, entry_delay: FloatArray, nodes: PanelNodes, needed: BoolArray,
               entries: LookBack) -> None:
     """Find the panel of every delayed angle and its interpolation row: `entries` (`LookBack`) are filled, and `needed` marks
@@ -151,7 +152,7 @@ def look_back(angle: FloatArray, first: IndexArray, entry_delay: FloatArray, nod
                     rows[e, k] /= total
 
 
-@nb.njit(cache=True, nogil=True)
+@inner_njit(cache=True, nogil=True)
 def steep(sigma: complex, legendre: FloatArray, weights: FloatArray, count: int, out: ComplexArray) -> None:
     r"""Write the weights of the nodes in :math:`\int_{-1}^{x_i} e^{\sigma (x_i - y)} f(y) dy`, f through `count` Gauss nodes.
 
@@ -273,7 +274,7 @@ def inverses(operator: PeriodOperator) -> None:
                 out[p, i, j] = solved[i, j]
 
 
-@nb.njit(cache=True, nogil=True, fastmath=SUMS)
+@inner_njit(cache=True, nogil=True, fastmath=SUMS)
 def product(matrix: FloatArray, vector: FloatArray, size: int, out: FloatArray) -> None:
     """Write the product of a real matrix and the first `size` numbers of a vector, as many rows as `out` has."""
     for i in range(out.size):
@@ -284,7 +285,7 @@ def product(matrix: FloatArray, vector: FloatArray, size: int, out: FloatArray) 
         out[i] = total
 
 
-@nb.njit(cache=True, nogil=True, fastmath=SUMS)
+@inner_njit(cache=True, nogil=True, fastmath=SUMS)
 def advance(x: FloatArray, y: FloatArray, operator: PeriodOperator) -> None:
     """Map the vibration at the nodes and the state of one period (x) on the next (y)."""
     depth, layout, waves, solved, damped = operator
