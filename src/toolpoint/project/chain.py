@@ -28,7 +28,7 @@ from toolpoint.project.recorded_tests import find_files, find_records, refuse_re
 TRIED_FILE = "tried.yaml"
 CHOICES_FOLDER = "choices"  # of poles that a person chose: a file a test, of its name
 # Versions of what the steps compute: raised where results change.
-STEP_VERSIONS = {"responses": 4, "modes": 6, "joints": 7, "drift": 2, "update": 4, "machine": 1, "tip": 2, "tried": 7,
+STEP_VERSIONS = {"responses": 4, "modes": 6, "joints": 8, "drift": 2, "update": 4, "machine": 1, "tip": 2, "tried": 7,
                  "limits": 13, "changes": 4, "next": 2, "contour": 3, "program": 6}
 
 
