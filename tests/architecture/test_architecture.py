@@ -278,3 +278,30 @@ def test_what_a_room_exports_is_what_it_loads_on_first_use(path):
     listed = next(node for node in tree_of(path).body
                   if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == "__all__")
     assert set(ast.literal_eval(listed.value)) == {name for _, _, name in shown}
+
+
+COMPILED_BY_ADDRESS = {"_green_node", "_hill_node"}  # see `far_call.address_of`: kernels without a decorator
+
+
+def test_kernels_without_a_door_from_python_are_called_by_kernels_alone():
+    """From Python such a kernel (`inner_njit`) works, but is compiled once more for every process that calls it so."""
+    def functions(path):
+        return [node for node in tree_of(path).body if isinstance(node, ast.FunctionDef)]
+
+    def marks(node):
+        return " ".join(map(ast.unparse, node.decorator_list))
+
+    inner = {(".".join(path.relative_to(SOURCE.parent).with_suffix("").parts), node.name)
+             for path in MODULES for node in functions(path) if "inner_njit" in marks(node)}
+
+    def calls_from_python(path):
+        module = ".".join(path.relative_to(SOURCE.parent).with_suffix("").parts)
+        names = {name for home, name in inner if home == module}
+        names |= {alias.name for node in nodes_of(path) if isinstance(node, ast.ImportFrom)
+                  for alias in node.names if (node.module, alias.name) in inner}
+        for node in nodes_of(path) if names else ():
+            if isinstance(node, ast.FunctionDef) and node.name not in COMPILED_BY_ADDRESS and "njit" not in marks(node):
+                yield from sorted(names & {part.id for part in ast.walk(node) if isinstance(part, ast.Name)})
+
+    assert len(inner) > 50
+    assert in_modules(calls_from_python) == []
