@@ -99,7 +99,7 @@ def noisy_modes(parts: Mapping[str, Component], motions: Mapping[str, RigidMotio
 
 
 def _phase_powers(part: Component, motion: RigidMotion, count: int) -> tuple[FloatArray, FloatArray]:
-    """Return the mean squares (n_modes,) of the residual over its stated variance, in phase with the motion and in quadrature to it."""
+    """Return the mean squares (n_modes,) of the residual over its variance, in phase with the motion and in quadrature."""
     moved, shape = part.rows @ motion.twist, part.values
     residual = (shape - moved)[:, :count] + 1j * (shape - moved)[:, count:]
     complex_motion = moved[:, :count] + 1j * moved[:, count:]
