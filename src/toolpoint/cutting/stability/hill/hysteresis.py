@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 Row = tuple[float, float, float, int, float]  # depth m, theta rad, chatter frequency Hz, change, error m
 
 MAX_LED_ROWS = 400  # rows of the matrix up to which points are moved: beyond, each takes more than a second
-MIXED_DAMPING_ERROR = 5e-4  # of a depth: with viscous and structural damping the response is interpolated between lines
+MIXED_DAMPING_ERROR = 1e-4  # of a depth: with viscous and structural damping the response is interpolated between lines
 MAX_DEPTH_SHIFT_RATIO = 0.3  # share of a depth by which a point may move and still be the same point
 UNREFINED_SAFETY_FACTOR = 1.5  # on the estimate where a point cannot be led
 NOTE = "structural damping: boundary points led from its equivalent in time to the response itself by Hill's determinant"

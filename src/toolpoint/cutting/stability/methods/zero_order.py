@@ -21,6 +21,8 @@ KNOWN_ERROR = ("single-frequency solution: the directional factors are replaced 
 
 MIN_HALVED_LINES = 8  # lines of a measured FRF, from which on every other one tells the error of their spacing
 DEEPER_FACTOR = 1.5  # largest depth of solutions on every other line over that of the chart
+MATCHED_LINES = 4.0  # spacings of lines within which a point of every other line has the same chatter frequency
+MAX_RIVAL_ERROR = 0.5  # of a depth: a point with a larger error says nothing about another
 END_PARTS = 16  # of the spacing of measured lines where a curve of real depths ends
 MAX_REFINEMENTS = 60  # of a crossing between two lines
 PERIODS_TOLERANCE = 1e-13  # misfit of a lobe's number, periods, at which its crossing is refined
@@ -83,7 +85,9 @@ class ZeroOrder:
 
         It is the larger change of the two solutions on every other line, all of the depth where one of them has no such point.
         """
-        index, depth, change = columns[0], columns[1], columns[4]
+        index, depth, frequency, change = (columns[k] for k in (0, 1, 3, 4))
+        lines = problem.plane.lines[0]
+        reach = MATCHED_LINES * np.diff(lines)[np.clip(np.searchsorted(lines, frequency) - 1, 0, lines.size - 2)]
         half_method = replace(self, states_line_error=False)
         error = np.zeros(depth.size)
         for first in (0, 1):
@@ -91,9 +95,10 @@ class ZeroOrder:
             # Somewhat deeper, so that a point near the largest depth is met again.
             chart = half_method.solve(halved, speeds, DEEPER_FACTOR * depth_max)
             for i in range(depth.size):
-                candidates = chart.depth[(chart.index == index[i]) & (chart.change == change[i])]
+                candidates = chart.depth[(chart.index == index[i]) & (chart.change == change[i])
+                                         & (np.abs(chart.frequency - frequency[i]) < reach[i])]
                 error[i] = max(error[i], min(float(np.abs(candidates - depth[i]).min(initial=np.inf)), float(depth[i])))
-        return error
+        return _with_rivals(index, depth, change, error)
 
     def _notes(self, problem: MillingProblem | TurningProblem) -> tuple[str, ...]:
         if isinstance(problem, TurningProblem):
@@ -106,6 +111,18 @@ class ZeroOrder:
         if problem.speed_variation is not None:
             pitch = (*pitch, "spindle-speed variation left out by the zero-order solution")
         return (*problem.notes, KNOWN_ERROR + helix, *pitch)
+
+
+def _with_rivals(index: Array, depth: FloatArray, change: Array, error: FloatArray) -> FloatArray:
+    """Return errors in which the one of each limit reaches down to the lower ends of deeper points that may lie before it."""
+    result = error.copy()
+    for speed in np.unique(index).tolist():
+        leaving = np.flatnonzero((index == speed) & (change > 0))
+        if leaving.size:
+            limit = leaving[np.argmin(depth[leaving])]
+            placed = leaving[error[leaving] < MAX_RIVAL_ERROR * depth[leaving]]
+            result[limit] = max(error[limit], depth[limit] - (depth[placed] - error[placed]).min(initial=np.inf))
+    return result
 
 
 def _group_speeds(problem: MillingProblem | TurningProblem, speeds: FloatArray) -> list[Array]:
