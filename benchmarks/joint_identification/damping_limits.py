@@ -112,7 +112,8 @@ def summary(name: str, rows: list[tuple]) -> str:
     overlooked = int((np.isfinite(table[0]) != np.isfinite(table[1])).sum())
     off = np.abs(mine / true - 1)
     held = np.abs(mine - true) <= error
-    text = (f"{name}: {true.size} limits, {overlooked} in one chart alone, median error {100 * np.median(off):.3f} %, largest {100 * off.max():.2f} %, within "
+    text = (f"{name}: {true.size} limits, {overlooked} in one chart alone, "
+            f"median error {100 * np.median(off):.3f} %, largest {100 * off.max():.2f} %, within "
             f"the stated error {100 * held.mean():.1f} %, too deep beyond it {100 * (mine - true > error).mean():.2f} %, "
             f"stated (median) {100 * np.median(error / mine):.2f} %")
     if np.isfinite(agrees).any():

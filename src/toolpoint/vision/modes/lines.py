@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import combinations
 
 import numpy as np
 
@@ -12,6 +13,8 @@ from toolpoint.vision.modes.decay import LINE_LOG_ODDS, FreeDecay
 
 MAINS_FREQUENCIES = (50.0, 60.0)  # Hz
 MAX_STEADY_DAMPING = 5e-4  # damping ratio below which a line is driven
+COMBINATION_STRENGTH_RATIO = 10.0  # of two modes over the line at their sum or difference
+MAX_COMBINATION_WIDTH = 0.02  # of that frequency: a wider interval may hold a mode of its own
 MOTION_HARMONICS = (2, 3)  # times the frequency of a mode: large motion shows squared and cubed
 SIDE_LOBE_LINES = 24  # lines of the spectrum: side lobes of the window around a strong one
 # Share of its frequency by which a harmonic may be off its multiple, whatever its interval.
@@ -110,7 +113,7 @@ def name_modes(modes: Modes, lamps: Sequence[float], frame_rate: float, *, resol
     for i in range(modes.count):
         f, ratio = float(modes.frequency[i]), float(modes.damping_ratio[i])
         near_lamp = next((lamp for lamp in lamps if abs(lamp - f) < max(2 * resolution, 0.01 * f)), None)
-        harmonic = _harmonic(modes, i)
+        harmonic = _harmonic(modes, i) or _combination(modes, i)
         if near_lamp is not None and not is_fading[i]:
             names.append(name_line(near_lamp, frame_rate))
         elif harmonic or _sideband(modes, i, lamps):
@@ -140,6 +143,26 @@ def _harmonic(modes: Modes, i: int) -> str:
                 width = min(width, max(2 * combined_interval, HARMONIC_TOLERANCE * n * modes.frequency[j]))
             if abs(modes.frequency[i] - n * modes.frequency[j]) < width:
                 return f"{n} times mode {j + 1} ({modes.frequency[j]:.4g} Hz): a harmonic of large motion"
+    return ""
+
+
+def _combination(modes: Modes, i: int) -> str:
+    """Return the remark on mode i at the sum or difference of two far stronger modes, which decays about as fast as they do.
+
+    The product of two decays falls with the sum of their rates; the fit of so faint a line rarely tells its rate better than by
+    a factor of two.
+    """
+    if modes.covariance is None:
+        return ""
+    strength, f, decay = np.abs(modes.shape).max(axis=0), modes.frequency, modes.damping_ratio * modes.frequency
+    interval = np.nan_to_num(modes.frequency_interval, nan=np.inf)
+    stronger = np.flatnonzero(strength > COMBINATION_STRENGTH_RATIO * strength[i]).tolist()
+    for j, k in combinations(stronger, 2):
+        width = max(2 * (interval[i] + interval[j] + interval[k]), HARMONIC_TOLERANCE * (f[j] + f[k]))
+        for word, place in (("difference", abs(f[j] - f[k])), ("sum", f[j] + f[k])):
+            if (abs(f[i] - place) < min(width, MAX_COMBINATION_WIDTH * place)
+                    and 0.5 * max(decay[j], decay[k]) < decay[i] < 2 * (decay[j] + decay[k])):
+                return f"{word} of modes {j + 1} and {k + 1} ({f[j]:.4g} and {f[k]:.4g} Hz): a product of large motion"
     return ""
 
 
