@@ -64,8 +64,8 @@ def _name_split_modes(modes: Modes, names: Sequence[str], resolution: float) -> 
     for i, j in combinations([k for k in range(modes.count) if not names[k]], 2):
         if abs(modes.frequency[i] - modes.frequency[j]) < resolution:
             for k, other in ((i, j), (j, i)):
-                result[k] = (f"doubtful: within one line of the spectrum of mode {other + 1} ({modes.frequency[other]:.4g} Hz); "
-                             "compression can split one mode in two")
+                result[k] = (f"doubtful: within one line of the spectrum of mode {other + 1} "
+                             f"({modes.frequency[other]:.4g} Hz); compression can split one mode in two")
     return result
 
 
