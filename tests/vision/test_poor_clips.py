@@ -141,6 +141,9 @@ def test_products_of_motion_shake_and_split_modes_are_named():
     assert name_modes(found, (), 260.0, resolution=0.3) == ("",) * 4  # it rings on longer than either
     names = name_modes(replace(found, damping_ratio=[0.04, 0.01, 0.01, 0.01]), (), 260.0, resolution=0.3)
     assert names[0].startswith("difference of modes 2 and 3") and names[1:] == ("", "", "")
+    for size, is_harmonic in ((0.02, True), (0.1, False)):
+        told = name_modes(modes([32.84, 65.8], [1.0, size], 0.02), (), 260.0, resolution=0.3)
+        assert told[1].startswith("2 times mode 1") == is_harmonic
     equals = modes([9.5, 21.0, 30.5], [0.1, 0.5, 0.5])
     assert name_modes(equals, (), 260.0, resolution=0.3) == ("", "", "")
     shaken = name_artefacts(modes([4.0, 48.0], [0.2, 1.0]), [""] * 2, 260.0, resolution=0.3, is_lossy=False, shake=(2.0,))

@@ -19,6 +19,8 @@ MOTION_HARMONICS = (2, 3)  # times the frequency of a mode: large motion shows s
 SIDE_LOBE_LINES = 24  # lines of the spectrum: side lobes of the window around a strong one
 # Share of its frequency by which a harmonic may be off its multiple, whatever its interval.
 HARMONIC_TOLERANCE = 0.001
+# The same for a line so much fainter than its mode: errors of the strong one pull it by more than its interval.
+FAINT_STRENGTH_RATIO, FAINT_TOLERANCE = 20.0, 0.003
 # Grey level below which a block tells nothing of the light; share of the mean change of light that half of the blocks have.
 MIN_BLOCK_BRIGHTNESS, MIN_COMMON_LIGHT_FRACTION = 8.0, 0.4
 # Logarithm by which a decay must fall within the record to be none of a steady line, by its whole interval.
@@ -140,7 +142,8 @@ def _harmonic(modes: Modes, i: int) -> str:
             width = max(0.015 * n * modes.frequency[j], n * modes.damping_ratio[j] * modes.frequency[j])
             if modes.covariance is not None:  # a mode of its own near the multiple is told by its interval
                 combined_interval = modes.frequency_interval[i] + n * modes.frequency_interval[j]
-                width = min(width, max(2 * combined_interval, HARMONIC_TOLERANCE * n * modes.frequency[j]))
+                tolerance = FAINT_TOLERANCE if strength[j] > FAINT_STRENGTH_RATIO * strength[i] else HARMONIC_TOLERANCE
+                width = min(width, max(2 * combined_interval, tolerance * n * modes.frequency[j]))
             if abs(modes.frequency[i] - n * modes.frequency[j]) < width:
                 return f"{n} times mode {j + 1} ({modes.frequency[j]:.4g} Hz): a harmonic of large motion"
     return ""
