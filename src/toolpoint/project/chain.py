@@ -28,8 +28,8 @@ from toolpoint.project.recorded_tests import find_files, find_records, refuse_re
 TRIED_FILE = "tried.yaml"
 CHOICES_FOLDER = "choices"  # of poles that a person chose: a file a test, of its name
 # Versions of what the steps compute: raised where results change.
-STEP_VERSIONS = {"responses": 4, "modes": 6, "joints": 8, "drift": 2, "update": 4, "machine": 2, "tip": 2, "tried": 7,
-                 "limits": 13, "changes": 4, "next": 2, "contour": 3, "program": 6}
+STEP_VERSIONS = {"responses": 5, "modes": 7, "joints": 8, "drift": 2, "update": 4, "machine": 2, "tip": 3, "tried": 8,
+                 "limits": 14, "changes": 5, "next": 2, "contour": 3, "program": 7}
 
 
 @dataclass(frozen=True)
