@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from toolpoint._doubt import Doubt
+from toolpoint.joint_identification.component_motions import align_phase
 from toolpoint.vibration.correlation import mac
 from toolpoint.vibration.modes import Modes
 
@@ -28,7 +29,9 @@ def leave_doubled_out(modes: Modes) -> tuple[Modes, list[Doubt]]:
     >>> kept.frequency.tolist(), len(doubts)
     ([45.74, 80.0], 1)
     """
-    correlation = mac(modes.shape, modes.shape)
+    # As the joints take them: the parts in phase. What is in quadrature is mostly noise where two poles share one mode.
+    shape = align_phase(modes).shape.real
+    correlation = mac(shape, shape)
     size = np.linalg.norm(modes.shape, axis=0)
     left_out, doubts = set[int](), list[Doubt]()
     for i in range(modes.count):
