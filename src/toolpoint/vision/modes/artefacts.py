@@ -16,6 +16,7 @@ from toolpoint.vision.displacement.background import CameraMotion
 ALTERNATION_FRACTIONS = (0.5, 0.25)
 # Largest strength over that of its mode: an image, a mode seen twice, a sideband of shake, a line by errors of tracking.
 MAX_IMAGE_RATIO, MAX_TWIN_RATIO, MAX_SIDEBAND_RATIO, MAX_TRACKING_RATIO = 1.0, 0.2, 0.15, 0.015
+SPLIT_LINES = 2.0  # of the spectrum: two modes nearer than this in a compressed clip may be one
 # Of a line at the camera's own frequency, which its motion makes and no mode: over the strongest mode that is none of it.
 MAX_SHAKE_RATIO = 0.25
 # Lines of the camera's motion that count: share of the largest, number of lines, highest multiple of one in a sideband.
@@ -59,12 +60,12 @@ def name_artefacts(modes: Modes, names: Sequence[str], frame_rate: float, *, res
 
 
 def _name_split_modes(modes: Modes, names: Sequence[str], resolution: float) -> list[str]:
-    """Return the names with both of two unnamed modes doubted that lie within a line of each other in a compressed clip."""
+    """Return the names with both of two unnamed modes doubted that lie within two lines of each other in a compressed clip."""
     result = list(names)
     for i, j in combinations([k for k in range(modes.count) if not names[k]], 2):
-        if abs(modes.frequency[i] - modes.frequency[j]) < resolution:
+        if abs(modes.frequency[i] - modes.frequency[j]) < SPLIT_LINES * resolution:
             for k, other in ((i, j), (j, i)):
-                result[k] = (f"doubtful: within one line of the spectrum of mode {other + 1} "
+                result[k] = (f"doubtful: within two lines of the spectrum of mode {other + 1} "
                              f"({modes.frequency[other]:.4g} Hz); compression can split one mode in two")
     return result
 

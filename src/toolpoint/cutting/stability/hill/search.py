@@ -17,6 +17,7 @@ MAX_LOG_STEP = 2.0  # larger steps of the logarithm of the modulus are halved to
 MIN_THETA_INTERVAL = 1e-6  # rad: least theta interval; a step that stays wild is a jump where the band begins or ends
 MAX_THETA_NODES = 900  # theta nodes
 SIGN_PARTS = 4  # parts of a depth cell at whose ends the sign of the determinant is taken, at theta = 0 and pi
+NODE_MARGIN, RESONANCE_NODE_MARGIN = 0.02, 0.3  # least distance of nodes: of the even spacing, of a resonance's half width
 MIN_HIDDEN_DEPTH_RATIO = 1e-3  # share of the largest depth below which nothing hidden is looked for
 UNSOLVED_BRACKET_RATIO = 1e-4  # relative width of a bracket: where Newton's method finds no root in it, theta nodes are too few
 Row = tuple[float, float, int, float]  # depth, theta, change, error
@@ -148,18 +149,22 @@ def first_nodes(system: HillSystem, base: int) -> FloatArray:
     """Return `base` + 1 even theta nodes over [0, pi], and more where a narrow resonance turns the determinant."""
     f, width = system.response.hints()
     spacing = np.pi / base
-    around = []
+    nodes, margins = [np.linspace(0, np.pi, base + 1)], [np.full(base + 1, NODE_MARGIN * spacing)]
     for middle, half in zip(f, width):
         turn, spread = 2 * np.pi * middle * system.period, 2 * np.pi * half * system.period
         if spread < spacing:
             # A resonance wider than the even spacing is resolved by it; a narrow one turns the phase within a few half
             # widths.
-            around.append(turn + spread * np.array([-2.5, -0.8, 0.0, 0.8, 2.5]))
-    extra = np.concatenate([np.zeros(0), *around]) % (2 * np.pi)
-    nodes = np.sort(np.concatenate([np.linspace(0, np.pi, base + 1), np.where(extra > np.pi, 2 * np.pi - extra, extra)]))
+            around = (turn + spread * np.array([-2.5, -0.8, 0.0, 0.8, 2.5])) % (2 * np.pi)
+            nodes.append(np.where(around > np.pi, 2 * np.pi - around, around))
+            # Nodes of a resonance far narrower than the spacing stay: between two others its turn of the phase is not seen.
+            margins.append(np.full(around.size, min(NODE_MARGIN * spacing, RESONANCE_NODE_MARGIN * spread)))
+    theta, margin = np.concatenate(nodes), np.concatenate(margins)
+    order = np.argsort(theta)
+    theta, margin = theta[order], margin[order]
     # Nodes that nearly coincide would cost an eigenvalue problem each.
-    keep = np.concatenate([[True], np.diff(nodes) > 0.02 * spacing])
-    return np.unique(np.concatenate([nodes[keep], [np.pi]]))
+    keep = np.concatenate([[True], np.diff(theta) > np.minimum(margin[1:], margin[:-1])])
+    return np.unique(np.concatenate([theta[keep], [np.pi]]))
 
 
 class HillSearch:
