@@ -9,6 +9,7 @@ from __future__ import annotations
 import numba as nb
 
 from toolpoint._check import ComplexArray, FloatArray
+from toolpoint._kernel_options import BORROWS
 
 
 @nb.njit(cache=True, nogil=True)
@@ -39,7 +40,7 @@ def sort_by_size(values: ComplexArray) -> None:
         values[k] = value
 
 
-@nb.njit(cache=True, nogil=True)
+@nb.njit(cache=True, nogil=True, **BORROWS)
 def number_below(values: FloatArray, limit: float, inclusive: bool) -> int:
     """Return how many of the rising values, shape (n,), are below a limit, or at it too where `inclusive`: by bisection."""
     a, b = 0, values.size
