@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 
+NORMAL_QUANTILE_95 = 1.959964  # half width of a two-sided 95 % interval of a normal error, in standard deviations
 DIGITS = 4  # significant ones, where no uncertainty says how many
 MIN_PRINTED_ERROR_RATIO = 5e-3  # of a limit: numerical errors below it move none of its three digits by more than one
 PLAIN_EXPONENTS = range(-4, 6)  # powers of ten that a person reads as digits: 14000, not 1.4e+04

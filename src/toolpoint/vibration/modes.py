@@ -21,6 +21,7 @@ from toolpoint._check import (
     real_or_complex,
 )
 from toolpoint._notebook import NotebookText
+from toolpoint._rounding import NORMAL_QUANTILE_95
 from toolpoint.vibration.dof import Dof, check_labels, positions
 from toolpoint.vibration.frf import Frf
 
@@ -195,7 +196,7 @@ class Modes(NotebookText):
             fail("Modes.covariance", "none", "must be given for an interval",
                  remedy="identify with a method that estimates it")
         variance = self.covariance[..., quantity, quantity]
-        return 1.959964 * np.sqrt(np.where(variance >= 0, variance, np.nan))
+        return NORMAL_QUANTILE_95 * np.sqrt(np.where(variance >= 0, variance, np.nan))
 
     def shape_at(self, dofs: Iterable[Dof | str | int]) -> Array:
         """Return the rows of the shapes at these Dofs, shape (..., n_wanted, n_modes)."""

@@ -6,10 +6,12 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import NoReturn
 
 import numpy as np
 
 from toolpoint._check import FloatArray, ToolpointError
+from toolpoint._rounding import number_text
 from toolpoint.io.decoding import read_text
 from toolpoint.io.door import door
 from toolpoint.io.faults import Fault, FileFaults
@@ -169,9 +171,20 @@ def _with_time(path: Path, names: list[str], units: list[str], table: FloatArray
         # The last digit of the first and last times would be an error of the rate: all times tell it.
         step = float(np.polyfit(np.arange(time.size), time, 1)[0])
     elif not is_even:
-        raise ToolpointError(f"{path}: time does not run evenly; must have one sample rate; resample it, and give the time "
-                             "enough digits")
+        refuse_uneven_time(path, time)
     return Columns(tuple(names[1:]), tuple(units[1:]), table[:, 1:], 1 / float(step), float(time[0]))
+
+
+def refuse_uneven_time(path: Path, time: FloatArray) -> NoReturn:
+    """Raise ToolpointError for times (s) that are no even sequence: the sample whose step differs most, and both steps."""
+    if time.size < 2:
+        raise ToolpointError(f"{path}: one sample; must be at least two, whose times give the sample rate")
+    steps = np.diff(time)
+    usual = float(np.median(steps))
+    worst = int(np.argmax(np.abs(steps - usual)))
+    raise ToolpointError(f"{path}: time does not run evenly: {number_text(float(steps[worst]))} s before sample {worst + 2} "
+                         f"(at {time[worst + 1]:.8g} s), {number_text(usual)} s as a rule; must have one sample rate; resample "
+                         "it, and give the time enough digits")
 
 
 def _is_rounded(time: FloatArray, step: float) -> bool:

@@ -19,6 +19,7 @@ import numpy as np
 import scipy  # its rooms load on first use
 
 from toolpoint._check import ComplexArray, FloatArray
+from toolpoint._rounding import NORMAL_QUANTILE_95
 from toolpoint.vibration import Modes
 from toolpoint.vision.displacement.result import DisplacementField
 from toolpoint.vision.modes.projection import decay_basis
@@ -70,7 +71,8 @@ def inflate_by_loss(modes: Modes, loss: float) -> Modes:
     """
     if modes.covariance is None:
         return modes
-    damping_deviation = min(max(DAMPING_LOSS_FACTOR * loss, DAMPING_TRACKING_ERROR), 1.0) * modes.damping_ratio / 1.96
+    half_width = min(max(DAMPING_LOSS_FACTOR * loss, DAMPING_TRACKING_ERROR), 1.0) * modes.damping_ratio
+    damping_deviation = half_width / NORMAL_QUANTILE_95
     added_variance = np.zeros(modes.covariance.shape)
     frequency_deviation = damping_deviation * modes.frequency * (0.5 if loss > 0 else 1.0)
     added_variance[:, 0, 0], added_variance[:, 1, 1] = frequency_deviation**2, damping_deviation**2

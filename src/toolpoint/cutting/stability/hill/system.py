@@ -8,10 +8,11 @@ import numpy as np
 from scipy.linalg.lapack import zgetrf, zgetrs
 
 from toolpoint._check import Array, ComplexArray, FloatArray
+from toolpoint._rounding import NORMAL_QUANTILE_95
 from toolpoint.cutting.cut.problem import MillingProblem
 from toolpoint.cutting.stability.hill.fourier import HillCut, hill_cut, is_plain, periods, range_of_forces
 from toolpoint.cutting.stability.hill.kernels import fill_blocks
-from toolpoint.cutting.stability.hill.noise import NORMAL_95, depth_variance
+from toolpoint.cutting.stability.hill.noise import depth_variance
 from toolpoint.cutting.stability.hill.response import HarmonicResponse
 
 ROUNDING_ERROR_RATIO = 1e-9  # error of a depth by rounding, over that depth
@@ -306,7 +307,7 @@ class HillSystem:
                                                      kept_lines=kept_lines)
                                       for kept_lines in (None, *(slice(first, None, 2) for first in KEPT_FIRST_LINES)))
         # Limits of draws hold their noise: stated here too, it would count twice.
-        noise = 0.0 if plane.draws is not None else NORMAL_95 * float(np.sqrt(variance_of_depth))
+        noise = 0.0 if plane.draws is not None else NORMAL_QUANTILE_95 * float(np.sqrt(variance_of_depth))
         return noise, halved
 
     def _extend_vectors(self, root: Root, wide_harmonics: Array) -> tuple[ComplexArray, ComplexArray]:
