@@ -110,6 +110,7 @@ class Axis:
 
     def checked(self, position: FloatArray) -> FloatArray:
         """Return positions after checking them against the limits of travel; raises ToolpointError for one beyond them."""
+        # Poses of a grid end at the limit itself, by sums that round.
         slack = 1e-9 * max(1.0, abs(self.lower) if np.isfinite(self.lower) else 1.0)
         for value in (float(np.min(position)), float(np.max(position))):
             if not self.lower - slack <= scalar(f"pose {self.name}", value) <= self.upper + slack:

@@ -78,6 +78,7 @@ def identify_base(frf: Frf, gauge: ShaftDescription, plane: str = "x", *, calibr
         # Noise is of each plane's own responses, the gain is of the hammer: it comes from the generator that both planes
         # share.
         noise = 0 if pairs.variance is None else complex_noise(pairs.variance, draws, generator)
+        # A gain is uncertain by a factor: its logarithm is drawn, so that no draw turns the sign.
         gains = np.exp(calibration * shared.normal(size=draws))
         drawn = _drawn_bases(pairs, gauge, lines.frequency, gains[:, None, None] * (pairs.values + noise), shared)
     elif draws:

@@ -196,6 +196,7 @@ class Modes(NotebookText):
             fail("Modes.covariance", "none", "must be given for an interval",
                  remedy="identify with a method that estimates it")
         variance = self.covariance[..., quantity, quantity]
+        # A variance below zero marks a mode whose interval is not known: no number is better than one that looks exact.
         return NORMAL_QUANTILE_95 * np.sqrt(np.where(variance >= 0, variance, np.nan))
 
     def shape_at(self, dofs: Iterable[Dof | str | int]) -> Array:
@@ -259,6 +260,7 @@ class Modes(NotebookText):
         if self.scaling != "unit modal mass":
             fail("with_damping", f"scaling {self.scaling!r}", "must be 'unit modal mass'")
         ratio = floats("ratio", np.broadcast_to(ratio, self.frequency.shape))
+        # A rigid-body mode has no frequency to which a ratio could belong.
         return replace(self, damping_ratio=np.where(self.frequency > 0, ratio, 0.0), damping=kind, covariance=None)
 
     def noted(self, note: str) -> Modes:

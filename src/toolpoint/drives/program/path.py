@@ -238,6 +238,7 @@ def soften_corners(path: Path, tolerance: float, smallest_turn: float = 1e-4) ->
     """
     turn, lengths = path.turns(), path.lengths
     between = (path.kind[:-1] == LINE_KIND) & (path.kind[1:] == LINE_KIND) & ~path.stop[:-1]
+    # A path that runs back on itself has no blend: the curve would be longer than what it replaces.
     k = np.flatnonzero(between & (turn > smallest_turn) & (turn < np.pi - 0.05))
     if k.size == 0:
         return path

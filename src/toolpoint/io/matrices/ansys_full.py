@@ -35,6 +35,7 @@ class _FullWords:
         if not 0 <= position < size - 2 or not 0 <= (length := int(self.words[position])) <= size - position - 3:
             raise ToolpointError(f"{self.path}: no whole record at byte {4 * position} of {4 * size}; the file is cut off or "
                                  "damaged")
+        # Fortran writes the length on both sides of a record: a difference is the first sign of a damaged or misread file.
         if int(self.words[position + 2 + length]) != length:
             raise ToolpointError(f"{self.path}: record at byte {4 * position} of {length} words ends with another length; "
                                  "damaged")
@@ -46,6 +47,7 @@ class _FullWords:
     def _unpacked(self, raw: np.ndarray, is_integer: bool, position: int) -> np.ndarray:
         """Unpack windows: length, number of windows, then (start, length, values), a negative length for one repeated value."""
         total, windows, offset = int(raw[0]), int(raw[1]), 2
+        # A damaged count must not ask for all of the memory before it is noticed.
         if not 0 <= total <= 10**9:
             raise ToolpointError(f"{self.path}: packed record at byte {4 * position} of {total} values; damaged")
         value_words = 1 if is_integer else 2

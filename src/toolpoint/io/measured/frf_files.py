@@ -18,6 +18,7 @@ from toolpoint.signals.setups import join_bands, join_setups
 from toolpoint.vibration import Dof, Frf
 
 NAMING = "name files like 2=+x__1=+z.txt (response at 2 in x, force at 1 in z)"
+# Names that end in an axis (tip_x, holder-y): they say a direction, but not of what.
 _WAY = re.compile(r"(?:^|[_\-. ])([xyz]{1,2})$", re.IGNORECASE)
 
 

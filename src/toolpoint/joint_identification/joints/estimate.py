@@ -149,6 +149,7 @@ class JointEstimate(NotebookText):
         rotation_square = (w**2).sum(axis=0)
         with np.errstate(divide="ignore", invalid="ignore"):
             pitch = (v * w).sum(axis=0) / rotation_square
+        # A twist with less rotation than rounding leaves is a translation: its pitch is infinite, not some large number.
         return np.where(rotation_square > 1e-18 * np.maximum((v**2).sum(axis=0), 1e-300), pitch, np.inf)
 
     @property

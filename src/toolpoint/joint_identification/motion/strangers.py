@@ -83,6 +83,7 @@ def _robust_error(part: Component, rows: FloatArray, weights: FloatArray) -> Flo
         if np.abs(new - trust).max() < 1e-3:
             break
         trust = new
+    # A point that determines the motion alone fits itself: its error is raised by what it takes, but not without bound.
     return error / np.sqrt(np.clip(1 - leverage, 0.05, 1))
 
 

@@ -90,6 +90,7 @@ def _misfits_of_points(part: Component) -> tuple[FloatArray, FloatArray]:
             slope[k] += float(residual @ spread)
             power[k] += float(spread @ spread)
     change = slope / np.maximum(power, 1e-300)
+    # Never quite zero: of exact data the ratio to the misfit as measured would be infinite.
     return np.append(np.maximum(total - slope * change, 1e-12 * total), total), 1 - change
 
 

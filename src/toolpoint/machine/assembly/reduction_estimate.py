@@ -144,6 +144,7 @@ class _ModeWrenches:
             for link, sign in ((loop.child, 1.0), (loop.parent, -1.0)):
                 if link >= 0:
                     joints[link] += sign * wrench
+        # Children have larger numbers: from the tips inwards every joint has all that hangs on it.
         for link in reversed(range(len(joints))):
             if machine.chain.parents[link] >= 0:
                 joints[machine.chain.parents[link]] += joints[link]

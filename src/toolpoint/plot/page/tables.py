@@ -14,6 +14,7 @@ from toolpoint.plot.page.markup import mark_up
 
 MARKS = ("", "published", "chosen", "measured", "computed", "assumed", "good", "doubtful", "green", "amber", "red")
 _MIN_SMALL_PRINT_COLUMNS = 7  # columns from which a table is set smaller in print
+# Columns of numbers with their bounds and intervals stand to the right; one word in them, and they stand left.
 _NUMERIC = re.compile(r"(above |below )?[-+−]?\d[\d.,]*(e[-+]?\d+)?( ± [\d.,e+-]+)?( %)?")
 
 

@@ -182,6 +182,7 @@ class DriftFit:
         costs = [cost(theta) for theta in grid]
         k = int(np.argmin(costs))
         bounds = (grid[max(k - 1, 0)], grid[min(k + 1, _START_COUNT - 1)])
+        # theta is the logarithm of a factor: 1e-5 of it is far below any interval that a test gives.
         theta = float(minimize_scalar(cost, bounds=bounds, method="bounded", options={"xatol": 1e-5}).x)
         return cls._at(model, (hypothesis,), np.array([theta]), data, nominal)
 

@@ -135,6 +135,8 @@ def _doubts(band: tuple[float, float], spread: float, factor: float, highest: fl
     if band[1] < 0.5 * highest:
         doubts.append(Doubt("high lines", f"the response leaves that of a mass above {band[1]:.4g} Hz: the block bends, or "
                             "rocks", "take a more compact block"))
+    # A sensitivity that is off by more is one in another unit (g for m/s^2, 9.8) or of another channel, not one that
+    # drifted.
     if not 0.2 < abs(factor) < 5:
         doubts.append(Doubt("factor", f"{factor:.3g} is no error of a calibration", "check the unit of the sensitivities "
                             "(mV/g and mV/(m/s^2), mV/N and V/N) and the mass"))

@@ -254,6 +254,7 @@ def simulate_set_points(drives: DriveDescription, servo: Servo, command: Command
 def _second_turn(result: ServoResult, origin: FloatArray, progress: FloatArray, radius: float, feed: float) -> CircularTest:
     """Return the circular test of the second turn at the tool point, without run-up and stop."""
     length = 2 * np.pi * radius
+    # The second of the turns, without its ends: the first holds the way in, and the third the way out.
     inside = (progress > 1.05 * length) & (progress < 1.95 * length)
     if np.count_nonzero(inside) < _MIN_CIRCLE_SAMPLES:
         raise ToolpointError(f"circle {1e3 * radius:g},{6e4 * feed:g} (mm, mm/min): the second turn holds "

@@ -67,6 +67,7 @@ class TappedModes:
         errors = np.array([rng.multivariate_normal(np.zeros(2), part) for part in self.covariance]).reshape(-1, 2)
         factor = np.maximum(1 + self.size * rng.standard_normal(), MIN_SIZE_FACTOR)
         return replace(self, frequency=np.maximum(self.frequency + errors[:, 0], 0.5 * self.frequency),
+                       # A wide interval reaches below zero: such a draw would be a machine that chatters by itself.
                        damping=np.clip(self.damping + errors[:, 1], 0.2 * self.damping, 0.99),
                        residue=self.residue * factor, upper=self.upper * float(np.median(factor)))
 

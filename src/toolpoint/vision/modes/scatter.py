@@ -138,6 +138,7 @@ def _student_factors(weights: FloatArray, inverse: FloatArray) -> FloatArray:
     shares = np.maximum(leverage.reshape(len(leverage), -1, 2).sum(axis=2), 0.0)
     shares = shares / np.maximum(shares.sum(axis=0), 1e-300)
     freedom = np.maximum(1 / np.maximum((shares**2).sum(axis=0), 1e-300) - 1, MIN_WINDOW_FREEDOM)
+    # Intervals downstream multiply by 1.96: the factor makes them Student's for so few windows.
     return np.asarray(scipy.special.stdtrit(freedom, 0.975) / scipy.special.ndtri(0.975))
 
 

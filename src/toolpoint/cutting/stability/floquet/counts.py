@@ -26,8 +26,11 @@ def count_at(table: ThetaTable, used: int, s: float) -> tuple[int, int]:
         i = order[k]
         now, _ = horner(c[i], degree[i], s)
         if k == used - 1:
+            # At theta = pi the determinant is real: its rounding must not turn the last step, which decides about a flip.
             now = complex(now.real, 0.0)
         if k > 0:
+            # The angle of now over previous by cross and scalar product: no quotient that overflows, and no jump at -pi, as
+            # steps are below 1.2 rad.
             step = math.atan2(previous.real * now.imag - previous.imag * now.real,
                               previous.real * now.real + previous.imag * now.imag)
             total += step
@@ -68,6 +71,8 @@ def add_flips(table: ThetaTable, used: int, levels: FloatArray, counts: IndexArr
         sign_b = horner(c, degree, levels[l])[0].real > 0
         for k in range(1, FLIP_SEARCH_PARTS):
             m = a + (levels[l] - a) * k / FLIP_SEARCH_PARTS
+            # Two flips in one cell leave counts and signs at its ends alike; only a look inside tells, which costs one
+            # polynomial.
             if sign_a == sign_b and (horner(c, degree, m)[0].real > 0) != sign_a:
                 out[n] = m
                 flip_counts[n], _ = count_at(table, used, m)
@@ -92,6 +97,7 @@ def split(stack: Array, size: int, below: tuple[float, int], above: tuple[float,
     beside a boundary point is seen; returns the new top."""
     a, n_lower = below
     b, n_b = above
+    # Narrower than what two neighbouring points are apart by error alone.
     if b <= a * (1 + 1e-6):
         return size
     lower = a

@@ -137,6 +137,7 @@ def hessenberg(a: ComplexArray) -> None:
             size = abs(a[i, m - 1])
             if size > best:
                 best, pivot_row = size, i
+        # The column is eliminated already: the matrix falls into two blocks, and `polynomial` sees the zero.
         if best == 0.0:
             continue
         if pivot_row != m:
@@ -180,6 +181,8 @@ def polynomial(h: ComplexArray, p: ComplexArray, coefficient: ComplexArray) -> i
         coefficient[d] = p[n, d]
         largest = max(largest, abs(p[n, d]))
     degree = n
+    # At s <= 1 a term so small is below rounding of the largest, and a leading coefficient of nothing but rounding would
+    # put roots far out into Newton's way.
     while degree > 1 and abs(coefficient[degree]) < 1e-17 * largest:
         degree -= 1
     return degree
@@ -214,6 +217,8 @@ def factor_at(theta: float) -> complex:
     """Return nu, by which one period multiplies the vibration; just -1 at theta = pi, where the determinant is real."""
     nu = np.exp(-1j * theta)
     if abs(theta - math.pi) < 1e-14:
+        # The rounding of exp(-i pi) would give the determinant an imaginary part, and flips are found by the sign of the
+        # real one.
         nu = -1.0 + 0.0j
     return nu
 
@@ -245,6 +250,7 @@ def root(c: ComplexArray, degree: int, guess: complex) -> complex:
         if slope == 0.0:
             break
         step = value / slope
+        # Near a double root the slope is small and a full step would leave for another root.
         if abs(step) > 0.3 * (abs(s) + 1e-3):
             step *= 0.3 * (abs(s) + 1e-3) / abs(step)
         s -= step
@@ -262,6 +268,7 @@ def polish(within: tuple[float, float], theta: float, guess: complex, turning: T
     t0 = theta
     degree = node_at(green.node, (t0, turning, green, room, c))
     s0 = root(c, degree, guess)
+    # The secant rule needs a second place; it stays inside, as beyond the interval another root may be the nearest.
     t1 = t0 + 1e-4 * span if t0 + 1e-4 * span <= theta_b else t0 - 1e-4 * span
     s1 = s0
     slope = 0.0
@@ -281,6 +288,7 @@ def polish(within: tuple[float, float], theta: float, guess: complex, turning: T
         t1 = t1 + step
         if t1 < 0.0 or t1 > 2 * math.pi:
             return t1, s1.real, 0, False
+    # A thousand times the target: roots of a polynomial of degree 50 are not known better where two of them are close.
     good = abs(s1.imag) < 1e-9 * abs(s1) and s1.real > 0
     # 1/s is an eigenvalue of -M: Im(1/s) falling with theta means Im s rising, and the count grows with depth.
     return t1, s1.real, 2 if slope > 0 else -2, good

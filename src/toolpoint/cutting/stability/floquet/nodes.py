@@ -45,6 +45,7 @@ def loops(nodes: ArcSet, turning: Turning, hint_s: FloatArray, out: ComplexArray
     for r in range(out.size):
         total = 0.0 + 0.0j
         for j in range(weight.size):
+            # The trace: of one dominant mode the matrix has rank one, and its only eigenvalue is that.
             total += weight[j] * pairs[r, j, j]
         out[r] = 2 * turning.w_max * total / (turning.omega * hint_s[r] * turning.period)
 
@@ -77,8 +78,10 @@ def first_nodes(base: int, hint_w: FloatArray, hint_s: FloatArray, loop: Complex
         if half > MAX_NARROW_HALF_WIDTH:
             use_base = True
             continue
+        # A resonance turns the phase by half a turn within a few half widths: five places leave steps below 1.2 rad.
         for x in (-3.0, -1.0, 0.0, 1.0, 3.0):
             y = (t + x * half) % (2 * math.pi)
+            # The determinant at 2 pi - theta is the conjugate: half of the circle is all.
             if y > math.pi:
                 y = 2 * math.pi - y
             out[n] = y
@@ -90,9 +93,11 @@ def first_nodes(base: int, hint_w: FloatArray, hint_s: FloatArray, loop: Complex
     sort(out[:n])
     keep = 1
     for i in range(1, n):
+        # A node costs a Hessenberg form; two that coincide would tell the same.
         if out[i] - out[keep - 1] > 1e-9:
             out[keep] = out[i]
             keep += 1
+    # Flips are decided there, so the last node is pi to the last digit.
     out[keep - 1] = math.pi
     return out[:keep]
 

@@ -152,6 +152,8 @@ def lay_nodes(table: ThetaTable, start: FloatArray, at_levels: ComplexArray, lev
             continue
         # Steps that stay wild on ever shorter intervals are rounding noise: such depths are beyond double precision.
         if theta[j] - theta[i] < 1e-8 or used >= MAX_NODES - 2 * MAX_POINTS:
+            # Growth with depth makes the deepest levels wild first: where nodes run out, giving up a quarter of them is
+            # tried before all.
             usable = bad if theta[j] - theta[i] < 1e-8 else min(bad, (3 * usable) // 4)
             status = 1
             if usable == 0:
@@ -192,6 +194,8 @@ def boundaries(table: ThetaTable, used: int, levels: FloatArray, counts: IndexAr
             s = real_root(c[flip], degree[flip], a, b)
             count_below, _ = count_at(table, used, s * (1 - 1e-9))
             count_above, _ = count_at(table, used, s * (1 + 1e-9))
+            # A pair crosses so near that a part in 1e9 beside the flip does not tell them apart: the cell's own change is
+            # taken.
             if (count_above - count_below) % 2 == 0 or abs(count_above - count_below) > 2:
                 count_above, count_below = (n_b, na) if abs(n_b - na) == 1 else (na + 1, na)
             put_point(points, number, s, math.pi, float(count_above - count_below), 0.0)
@@ -202,10 +206,12 @@ def boundaries(table: ThetaTable, used: int, levels: FloatArray, counts: IndexAr
         ta, tb = theta[order[place]], theta[order[place + 1]]
         end = tb
         if place == used - 2:
+            # The last interval is mirrored at pi, so that a pair that meets there is between the two thetas, not at an end.
             end = 2 * math.pi - ta
         t, s, _, ok = polish((ta, end), 0.5 * (ta + tb), complex(m, 0.0), turning, green, room, c[used])
         if t > math.pi:
             t = 2 * math.pi - t
+        # The secant rule may have gone to another crossing, which its own cell will give: only one of this cell counts.
         inside = ok and a < s < b and ta - 0.5 * (tb - ta) <= t <= tb + 0.5 * (tb - ta) and t > 0 and t < math.pi
         if inside:
             position = int(0)  # noqa: RUF046, UP018
@@ -225,6 +231,7 @@ def boundaries(table: ThetaTable, used: int, levels: FloatArray, counts: IndexAr
             size = split(stack, size, (a, na), (s * (1 - 1e-7), count_below), FRACTIONS_BELOW_ROOT, table, used)
             size = split(stack, size, (s * (1 + 1e-7), count_above), (b, n_b), FRACTIONS_ABOVE_ROOT, table, used)
             continue
+        # As narrow as the polished points are exact: further halving would not separate what is left.
         if b - a < 1e-7 * b:
             put_point(points, number, m, 0.5 * (ta + tb), float(n_b - na), b - a)
             number += 1
@@ -247,6 +254,7 @@ def improve(points: Array, fine: ArcSet, turning: Turning) -> None:
             new = root(c, degree, complex(s, 0.0)).real
             ok = True
         else:
+            # The finer nodes move a point by far less; a wider span could reach the mirror image beyond 0 or pi.
             span = min(2e-2, 0.2 * t, 0.2 * (math.pi - t))
             t, new, _, ok = polish((t - span, t + span), t, complex(s, 0.0), turning, green, room, c)
             if t > math.pi:
@@ -262,7 +270,7 @@ def improve(points: Array, fine: ArcSet, turning: Turning) -> None:
 @nb.njit(cache=True, nogil=True)
 def scan_many(periods: FloatArray, omegas: FloatArray, w_max: float, poles: ComplexArray, sets: tuple[ArcSet, ArcSet],
               levels: FloatArray, base: int, points: Array, memory: ScanMemory) -> tuple[IndexArray, IndexArray, FloatArray]:
-    """Return the scan all speeds; `points` (n, MAX_POINTS) are written, sets = (coarse, fine), `memory` has a leading axis over
+    """Scan all speeds; `points` (n, MAX_POINTS) are written, sets = (coarse, fine), `memory` has a leading axis over
     speeds.
 
     Returns (number of points, status, largest s resolved) of every speed.

@@ -27,10 +27,12 @@ def follow(theta: float, guess: complex, slope: complex, turning: Turning, green
     if slope.imag == 0.0:
         t1 = t0 + 1e-4
     else:
+        # A slope kept from the pose before may be off where two roots come close: no step leaves the neighbourhood.
         t1 = t0 - max(-0.1, min(0.1, s0.imag / slope.imag))
     for _ in range(8):
         if abs(s0.imag) < 1e-12 * abs(s0) and slope.imag != 0.0:
             return t0, s0.real, slope, s0.real > 0
+        # At 0 and pi a pair becomes two real multipliers: that is another kind of point, and the count is taken anew.
         if t1 == t0 or not 1e-9 < t1 < math.pi - 1e-9:
             break
         degree = node_at(green.node, (t1, turning, green, room, c))
@@ -75,10 +77,12 @@ def track(previous: Array, coarse: Green, coarse_room: Room, coarse_c: ComplexAr
         if s >= 1.0:
             continue
         for other in range(number):
+            # Two points that ran into one: one of them is lost, so all are.
             if abs(points[other].s - s) < 1e-7 * s and abs(points[other].theta - t) < 1e-7:
                 return -1
         degree = node_at(coarse.node, (t, turning, coarse, coarse_room, coarse_c))
         gap = root(coarse_c, degree, complex(s, 0.0)) - s
+        # The coarse root at this theta is not real; along ds/dtheta its crossing lies where the imaginary part vanishes.
         shift = gap.real if t == math.pi else gap.real - slope.real / slope.imag * gap.imag
         if not abs(shift) < 0.1 * s:
             return -1

@@ -85,6 +85,7 @@ def ritz(h: FloatArray, n: int, value: complex, basis: FloatArray, out: FloatArr
         for j in range(k, n):
             total += h[k, j] * y[j]
         y[k - 1] = -total / h[k, k - 1]
+        # Far from an eigenvalue of the leading block the recursion grows by orders a step; only the direction is wanted.
         if abs(y[k - 1]) > 1e100:
             for j in range(k - 1, n):
                 y[j] *= 1e-100
@@ -95,9 +96,13 @@ def ritz(h: FloatArray, n: int, value: complex, basis: FloatArray, out: FloatArr
     for i in range(out.size):
         out[i] = 0.0
     for k in range(n):
+        # Any real combination of a complex pair lies in its invariant plane; as the last component of y is real, this one
+        # cannot vanish.
         f = (y[k].real + y[k].imag) / norm
         for i in range(out.size):
             out[i] += f * basis[k, i]
+    # In an Arnoldi relation all that the map adds beyond the basis goes through the last component: no further product is
+    # needed.
     return h[n, n - 1] * abs(y[n - 1]) / norm
 
 
@@ -115,6 +120,7 @@ def leading_eigenvalues(basis: FloatArray, h: FloatArray, vector: FloatArray, *,
     have, vectors_max = 0, h.shape[1]
     step = min(vectors_max, step)
     while True:
+        # `extend` adds to h sweep by sweep, and the room still holds the depth before.
         h[:step + 1, have:step] = 0.0
         h[have + 1:step + 1, :have] = 0.0
         now = extend(basis, h, have, step, operator, weight)
@@ -126,8 +132,10 @@ def leading_eigenvalues(basis: FloatArray, h: FloatArray, vector: FloatArray, *,
         sort_by_size(values)
         leading = complex(values[0])
         size, residual = abs(leading), ritz(h, now, leading, basis, vector)
+        # A multiplier of a thousandth is deeply stable: more digits of it would cost vectors and change no verdict.
         good = residual < abs(accuracy) * max(size, 1e-3) or (
             accuracy < 0 and residual < MAX_RESIDUAL_RATIO * abs(size - 1) and residual < MAX_RESIDUAL_RATIO * size)
+        # Fewer vectors than asked for span an invariant subspace: its eigenvalues are exact, and none could be added.
         if good or now < step or step == vectors_max:
             return now, values
         have, step = now, min(vectors_max, step + increment)

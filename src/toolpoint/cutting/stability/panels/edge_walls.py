@@ -28,17 +28,23 @@ def place(u: float, corner: float, radius: float) -> tuple[float, float, float]:
 @nb.njit(cache=True, nogil=True)
 def limits(entry: float, leave: float, ratio: float) -> tuple[float, float]:
     """Return entry and exit at a local radius (ratio = radius / local radius): the walls of the work are planes."""
+    # Beside the corner nothing is to be computed, and arccos(cos(x)) would lose half of the digits near 0 and pi.
     if ratio == 1.0:
         return entry, leave
+    # A local radius that does not reach a wall clips to 0 or pi: it is then in cut from or to the line of feed.
     return (math.acos(max(-1.0, min(1.0, math.cos(entry) * ratio))),
             math.acos(max(-1.0, min(1.0, math.cos(leave) * ratio))))
 
 
 @nb.njit(cache=True, nogil=True, **BORROWS)
 def beyond_walls(angle: float, slope: float, u: float, walls: Walls, out: FloatArray) -> None:
-    """Write how far the edge at u is beyond its entry and before its exit, rad; `angle` must not be wrapped within 0 .. pi."""
+    """Write how far the edge at length u (m) is beyond its entry and before its exit, rad, into out (2,).
+
+    angle : of the tip, rad, not wrapped within 0 .. pi; slope : lag over height, rad/m.
+    """
     z, _, r = place(u, walls.corner, walls.radius)
     phi = angle - slope * z
+    # The tip of a ball has no radius: the bound only keeps the quotient finite.
     a, b = limits(walls.entry, walls.leave, walls.radius / max(r, 1e-9 * walls.radius))
     out[0], out[1] = phi - a, b - phi
 
@@ -65,6 +71,7 @@ def wall_length(angle: float, slope: float, span: tuple[float, float], values: t
             c, fc, b, fb = b, fb, a, fa
         a, fa = x, fx
         best = a if abs(fa) < abs(fb) else b
+        # One unit of the last place; the second term serves a wall at the tip, u = 0.
         tolerance = 2.3e-16 * abs(best) + 1e-24
         width = abs(b - a)
         if fa == 0.0:
@@ -76,6 +83,7 @@ def wall_length(angle: float, slope: float, span: tuple[float, float], values: t
             xi, phi = (a - b) / (c - b), (fa - fb) / (fc - fb)
             if phi * phi < xi and (1 - phi) * (1 - phi) < 1 - xi:
                 share = (fa / (fb - fa)) * (fc / (fb - fc)) + (c - a) / (b - a) * (fa / (fc - fa)) * (fb / (fc - fb))
+        # A place within the tolerance of an end would be that end again, and the bracket would not shrink.
         edge = tolerance / width
         share = min(max(share, edge), 1 - edge)
     if (fa > 0) == (values[0] > 0):
@@ -98,10 +106,11 @@ def mark_walls(marks: FloatArray, walls: Walls, out: FloatArray) -> None:
 @nb.njit(cache=True, nogil=True, **BORROWS)
 def tooth_pieces(angle: float, slope: float, marks: tuple[FloatArray, FloatArray], walls: Walls, room: FloatArray,
                  out: FloatArray) -> int:
-    """Write the pieces of the edge (u from, to) in cut when its tip is at `angle`; return their number.
+    """Write the pieces of the edge (u from, to, m) in cut when its tip is at `angle` (rad) into out (pieces, 2); return their
+    number.
 
     Between marks entry and exit pass along the edge one way each, so each bounds a piece at one end at most.
-    marks : edge lengths, and the walls there (`mark_walls`); room : (3, 2) to work in.
+    slope : lag over height, rad/m; marks : edge lengths (m), and the walls there (`mark_walls`); room : (3, 2) to work in.
     """
     number, (lengths, at_marks) = 0, marks
     for g in range(1, lengths.size):

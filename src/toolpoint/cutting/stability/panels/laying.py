@@ -25,6 +25,7 @@ def tell_apart(angles: FloatArray, period: float) -> FloatArray:
     """Return the distinct angles in rising order, rounded to a part of the period."""
     out = np.empty(angles.size)
     for i in range(angles.size):
+        # Ends that are one in theory differ by rounding of different sums; a panel between them would have no length.
         out[i] = np.rint(angles[i] / period * DISTINCT_ANGLE_PARTS) / DISTINCT_ANGLE_PARTS
     sort(out)
     used = 0
@@ -110,6 +111,7 @@ def lay_panels(ends: FloatArray, count: IndexArray, tables: tuple[FloatArray, Fl
             half[k] = (ends[g + 1] - ends[g]) / 2
             angle[k] = ends[g] + half[k] * (1 + x[k])
             k += 1
+    # Where all teeth look back by delays of their own a point of an edge is an entry; else a tooth is one.
     room = q * lines.start.size * (lines.marks.size * gx.size if lines.spread else 1)
     cut = LaidCut(np.zeros((q, size, size)), np.zeros((q, size, size)), np.zeros(q + 1, np.int64),
                   np.zeros((room, size, size)), np.zeros(room))

@@ -123,6 +123,7 @@ def drawn_width_error(plane: PlaneDynamics, real: float) -> float:
     if plane.draws is None or plane.frequency is None:
         return 0.0
     real_of_draws = plane.draws[:, plane.frequency > 0, 0, 0].real.min(axis=1)
+    # Draws whose real part is not negative have no limit: the bound makes their quotient large instead of turning its sign.
     lower, upper = np.quantile(real / np.minimum(real_of_draws, -1e-300), [0.025, 0.975], method="weibull")
     return float(min((upper - lower) / 2, 1.0))
 

@@ -80,6 +80,8 @@ def _question_dampers(stiffness: Mapping[str, Mapping[str, float]],
     for name, row in damping.items():
         for way, value in row.items():
             spring = stiffness[name].get(way)
+            # At 10 Hz, below the modes of machines: there a joint is a spring, and a damper that pushes harder has another
+            # unit.
             if spring is not None and (share := 2 * np.pi * 10.0 * value / spring) > MAX_DAMPER_TO_SPRING_FORCE:
                 yield Doubt(f"joints.{name}.damping.{way}", f"{value:.3g} beside a stiffness of {spring:.3g}: at 10 Hz the "
                             f"damper takes {share:.2g} times the force of the spring", "check the units of both", figure=share)
@@ -110,6 +112,7 @@ def _carried_masses(machine: Machine) -> list[float]:
 def _question_ratios(machine: Machine) -> Iterator[Doubt]:
     """Doubt damping ratios and loss factors that no machine has."""
     ratio = machine.description.damping_ratio
+    # Machines are measured at half a per cent to ten: less is a part alone, more is a percentage written as a ratio.
     if ratio is not None and not 5e-4 <= ratio <= 0.2:
         yield Doubt("damping_ratio", f"{100 * ratio:.3g} % for every mode, {'more' if ratio > 0.2 else 'less'} than machine "
                     "tools have (0.05-20 %)", "write it with its unit: 3 %", figure=ratio)

@@ -135,6 +135,7 @@ def _slowest_vector(xadj: IndexArray, adj: IndexArray, edge: IndexArray, weight:
     for v in range(n):
         for k in range(xadj[v], xadj[v + 1]):
             degree[v] += edge[k]
+    # A rough vector will do: the cut is refined vertex by vertex anyhow, and coarse graphs have about a hundred vertices.
     for _ in range(60):
         mean = (x * degree).sum() / max(degree.sum(), 1.0)
         x -= mean
@@ -143,6 +144,7 @@ def _slowest_vector(xadj: IndexArray, adj: IndexArray, edge: IndexArray, weight:
             total = 0.0
             for k in range(xadj[v], xadj[v + 1]):
                 total += edge[k] * x[adj[k]]
+            # Half of the old value: without it the vector of the fastest vibration, of alternating sign, would not decay.
             y[v] = 0.5 * (x[v] + (total / degree[v] if degree[v] > 0 else x[v]))
         x, y = y, x
     return x
