@@ -93,6 +93,14 @@ def part_of_line(row, shape, place, axis, span):
     return (1.0, 0.0) if math.isnan(last) else (first, last)
 
 
+@njit(cache=True, nogil=True, inline="always")
+def _copy_interval(intervals, owners, earlier, source, target):
+    """Copy an interval of a line with its owners; by number, as a row would be copied through an array of its own."""
+    for end in range(2):
+        intervals[target, end] = intervals[source, end]
+        owners[target, end], earlier[target, end] = owners[source, end], earlier[source, end]
+
+
 @njit(cache=True, nogil=True, **BORROWS)
 def take_part(work, axis, i, j, n, part, k):
     """Take a part from interval n of a line and write its new ends' owner; return whether the interval itself is gone."""
@@ -101,7 +109,7 @@ def take_part(work, axis, i, j, n, part, k):
     from_start, to_end = part[0] <= intervals[n, 0] + _MIN_PART, part[1] >= intervals[n, 1] - _MIN_PART
     if from_start and to_end:
         for m in range(n, count[i, j] - 1):
-            intervals[m], owners[m], earlier[m] = intervals[m + 1], owners[m + 1], earlier[m + 1]
+            _copy_interval(intervals, owners, earlier, m + 1, m)
         count[i, j] -= 1
         return True
     if from_start or to_end:
@@ -115,7 +123,7 @@ def take_part(work, axis, i, j, n, part, k):
         work.spilled[0] += 1
         return False
     for m in range(count[i, j], n + 1, -1):
-        intervals[m], owners[m], earlier[m] = intervals[m - 1], owners[m - 1], earlier[m - 1]
+        _copy_interval(intervals, owners, earlier, m - 1, m)
     intervals[n + 1, 0], intervals[n + 1, 1] = part[1], intervals[n, 1]
     owners[n + 1, 0], owners[n + 1, 1], earlier[n + 1, 0], earlier[n + 1, 1] = k, owners[n, 1], -1, earlier[n, 1]
     intervals[n, 1], owners[n, 1], earlier[n, 1] = part[0], k, -1
