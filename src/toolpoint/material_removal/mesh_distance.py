@@ -13,7 +13,6 @@ import numpy as np
 from numba import njit
 
 from toolpoint._check import FloatArray, floats
-from toolpoint._kernel_options import BORROWS
 
 
 def distance_to_mesh(places: FloatArray, triangles: FloatArray) -> FloatArray:
@@ -45,7 +44,7 @@ def _distances(places, corners, middle, reach):
     return out
 
 
-@njit(cache=True, nogil=True, **BORROWS)
+@njit(cache=True, nogil=True)
 def _to_triangle(p, a, b, c):
     """Return the distance of a place from a triangle."""
     ab, ac, ap = b - a, c - a, p - a
@@ -73,6 +72,6 @@ def _to_triangle(p, a, b, c):
     return _size(ap - vb * inverse * ab - vc * inverse * ac)
 
 
-@njit(cache=True, nogil=True, **BORROWS)
+@njit(cache=True, nogil=True)
 def _size(v):
     return math.sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2])
