@@ -1,5 +1,5 @@
-"""Random paths of several axes within speed, acceleration and jerk of each: largest share of a limit by differences of positions,
-and the time beside a direct solution of the same path.
+"""Random paths of several axes within speed, acceleration and jerk of each: largest share of a limit by differences of
+positions, and the time beside a direct solution of the same path.
 
     python benchmarks/drives/axis_jerk.py [--paths 12] [--seed 1]
 
@@ -21,21 +21,21 @@ from scipy.optimize import linprog
 from scipy.sparse import csr_matrix, diags, eye, vstack
 
 from benchmarks.frame import CommandLine
-from toolpoint.drives.program.axis_jerk import AxisLimits, AxisMotion, move_within_axes
+from toolpoint.drives.program.axis_jerk import AxisMotion, MotionBounds, move_within_axes
 
 NODES, ROUNDS = 240, 12
 
 
-def random_path(rng: np.random.Generator, steps: int = 300) -> tuple[np.ndarray, AxisLimits]:
+def random_path(rng: np.random.Generator, steps: int = 300) -> tuple[np.ndarray, MotionBounds]:
     """Return the places of 2 to 5 axes along a smooth path, and limits."""
     axes = int(rng.integers(2, 6))
     share = np.linspace(0, 1, steps + 1)[:, None]
     way = sum(rng.normal(size=axes) * np.sin(share * rng.uniform(1, 9) + rng.uniform(0, 6)) for _ in range(4))
     acceleration = rng.uniform(0.5, 9, axes)
-    return np.asarray(way), AxisLimits(rng.uniform(0.3, 3, axes), acceleration, acceleration / rng.uniform(0.03, 0.3, axes))
+    return np.asarray(way), MotionBounds(rng.uniform(0.3, 3, axes), acceleration, acceleration / rng.uniform(0.03, 0.3, axes))
 
 
-def direct_time(motion: AxisMotion, limits: AxisLimits) -> float:
+def direct_time(motion: AxisMotion, limits: MotionBounds) -> float:
     """Return the time (s) of the path by linear programs over squares of the rate."""
     path, total = motion.path, motion.path.sigma[-1]
     u = np.linspace(0, 1, NODES + 1)
@@ -45,9 +45,10 @@ def direct_time(motion: AxisMotion, limits: AxisLimits) -> float:
     long = np.diff(sigma)
     inner = slice(1, NODES)
     left, right = long[:-1], long[1:]
-    slope = csr_matrix(diags([-right / (left * (left + right)), (right - left) / (left * right), left / (right * (left + right))],
-                             [0, 1, 2], shape=(NODES - 1, NODES + 1)))
-    bend = csr_matrix(diags([2 / (left * (left + right)), -2 / (left * right), 2 / (right * (left + right))], [0, 1, 2],
+    both = left + right
+    slope = csr_matrix(diags([-right / (left * both), (right - left) / (left * right), left / (right * both)], [0, 1, 2],
+                             shape=(NODES - 1, NODES + 1)))
+    bend = csr_matrix(diags([2 / (left * both), -2 / (left * right), 2 / (right * both)], [0, 1, 2],
                             shape=(NODES - 1, NODES + 1)))
     value = eye(NODES + 1, format="csr")[1:-1]
     speed = np.minimum(1.0, (limits.speed / np.maximum(np.abs(first), 1e-12)).min(axis=1)) ** 2
@@ -64,7 +65,8 @@ def direct_time(motion: AxisMotion, limits: AxisLimits) -> float:
         held = b[inner]
         jerk_rows, jerk_bounds = [], []
         for k in range(first.shape[1]):
-            each = (diags(third[inner, k]) @ value + diags(1.5 * second[inner, k]) @ slope + diags(0.5 * first[inner, k]) @ bend)
+            each = (diags(third[inner, k]) @ value + diags(1.5 * second[inner, k]) @ slope
+                    + diags(0.5 * first[inner, k]) @ bend)
             tangent = diags(limits.jerk[k] / (2 * held**1.5)) @ value
             jerk_rows += [each + tangent, -each + tangent]
             jerk_bounds += [1.5 * limits.jerk[k] / np.sqrt(held)] * 2
@@ -107,7 +109,8 @@ def main() -> None:
         shares.append(max(float(((np.abs(np.diff(places, order, axis=0)).max(axis=0) - noise * 2**order) / sample**order / limit
                                  ).max()) for order, limit in ((1, limits.speed), (2, limits.acceleration), (3, limits.jerk))))
         ratios.append(motion.duration / direct_time(motion, limits))
-        print(f"path {k}: {motion.duration:.3f} s, {ratios[-1]:.3f} times the direct solution, share {shares[-1]:.4f}", flush=True)
+        print(f"path {k}: {motion.duration:.3f} s, {ratios[-1]:.3f} times the direct solution, share {shares[-1]:.4f}",
+              flush=True)
     print(f"{options.paths} paths: largest share of a limit {max(shares):.4f}; time {np.median(ratios):.3f} times that of the "
           f"direct solution in the median, {max(ratios):.3f} at most; {1e3 * np.median(seconds):.2f} ms a step")
 

@@ -8,7 +8,9 @@ a kernel that it calls creates one, the compiler refuses it.
 
 from __future__ import annotations
 
+from typing import Any
+
 from numba.core.options import DefaultOptions
 
 # Private to Numba: where a version does not know it, kernels count, and give the same.
-BORROWS: dict[str, bool] = {"_nrt": False} if hasattr(DefaultOptions, "_nrt") else {}
+BORROWS: dict[str, Any] = {"_nrt": False} if hasattr(DefaultOptions, "_nrt") else {}

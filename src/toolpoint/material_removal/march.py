@@ -12,9 +12,10 @@ from numba import njit
 from toolpoint._check import FloatArray
 from toolpoint._kernel_options import BORROWS
 from toolpoint.material_removal.arcs import MAX_ARCS, OUTSIDE_GAP_RATIO, tool_arcs
+from toolpoint.material_removal.holder_touch import touch_move
 from toolpoint.material_removal.moves import Moves
 from toolpoint.material_removal.removed import RemovalSettings
-from toolpoint.material_removal.surface import Work, cut_move, touch_move
+from toolpoint.material_removal.surface import Work, cut_move
 
 _PIECES_PER_CALL = 4000  # pieces of one call of the kernel: between calls progress is reported and an interruption heard
 _MAX_CONTACTS = 2000  # contacts kept of each kind

@@ -28,7 +28,7 @@ TRIED_FILE = "tried.yaml"
 CHOICES_FOLDER = "choices"  # of poles that a person chose: a file a test, of its name
 # Versions of what the steps compute: raised where results change.
 STEP_VERSIONS = {"responses": 4, "modes": 6, "joints": 7, "drift": 2, "update": 4, "machine": 1, "tip": 2, "tried": 7,
-                 "limits": 13, "changes": 4, "next": 2, "contour": 2, "program": 6}
+                 "limits": 13, "changes": 4, "next": 2, "contour": 2, "program": 7}
 
 
 @dataclass(frozen=True)

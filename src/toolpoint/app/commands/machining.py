@@ -124,6 +124,8 @@ class ToolAbove:
                                         scale=0.017453292519943295)] = float("inf")
     rotary_acceleration: Annotated[float, Help("Highest acceleration of rotary axes, °/s².", above=0,
                                                scale=0.017453292519943295)] = float("inf")
+    rotary_jerk: Annotated[float, Help("Highest jerk of rotary axes, °/s³.", above=0, needs="--rotary-acceleration",
+                                       scale=0.017453292519943295)] = float("inf")
     bending: Annotated[float, Help("Bending moment that the tool bears at the holder, N m.", above=0)] = float("inf")
 
 
@@ -210,7 +212,7 @@ def machining(run: Frame, program: Annotated[SourceFile, Argument()], dynamics: 
         stick_outs=dict(above.stick_outs), holder_diameter=above.holder,
         zero=dynamics.zero or {}, speed=speed, spacing=spacing, limits=limits, part=part_faces,
         drives=servo, rotary_speed=above.rotary_speed, rotary_acceleration=above.rotary_acceleration,
-        raises_speed=faster)
+        rotary_jerk=above.rotary_jerk, raises_speed=faster)
     with_advice = with_advice or faster or write is not None
     if parsed.is_tilted:
         staged = studies.run_stages(parsed, setup, source, name=program.name, text=text, lobes=lobes, folder=folder,

@@ -16,18 +16,19 @@ def slow_windows(time, squares, late, excess, window, caps):
     """Lower caps of the squares of the rate (m,), at rising times (s), within a window before times `late` (k,), rising.
 
     excess : (k,) factor by which the time there would have to be longer. Where the rate changes within the window its top is
-    taken off, down to its least value: a change of acceleration is what a jerk comes from. Where it is even, all of it is slowed.
+    taken off, down to its least value: a change of acceleration is what a jerk comes from. Where it is even, all of it is
+    slowed.
     """
     first = 0
     for n in range(late.size):
         while first < time.size - 1 and time[first + 1] < late[n] - window:
             first += 1
         last = first
-        least, most = squares[first], squares[first]
+        lower, upper = squares[first], squares[first]
         while last < time.size - 1 and time[last] < late[n]:
             last += 1
-            least, most = min(least, squares[last]), max(most, squares[last])
-        is_even = most <= _FLAT_RATIO * least
-        level = most / excess[n] ** 1
+            lower, upper = min(lower, squares[last]), max(upper, squares[last])
+        is_even = upper <= _FLAT_RATIO * lower
+        level = upper / excess[n] ** 1
         for i in range(first, last + 1):
-            caps[i] = min(caps[i], level if is_even else max(level, least))
+            caps[i] = min(caps[i], level if is_even else max(level, lower))

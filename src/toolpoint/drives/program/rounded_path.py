@@ -1,8 +1,8 @@
 r"""Path of many axes whose joints of steps are rounded, so that speed and acceleration of every axis are continuous along it.
 
-The steps give straight pieces over a nominal time :math:`\sigma`. At a joint the rate :math:`q' = dq/d\sigma` jumps by J; within w
-on both sides the path leaves its corner by :math:`J (w - |x|)^3 / (6 w^2)`: q'' is then a triangle of area J, q''' is +-J/w^2, and
-the corner is left by at most J w/6. Of even steps with w their length this is the cubic B-spline of the joints.
+The steps give straight pieces over a nominal time :math:`\sigma`. At a joint the rate :math:`q' = dq/d\sigma` jumps by J;
+within w on both sides the path leaves its corner by :math:`J (w - |x|)^3 / (6 w^2)`: q'' is then a triangle of area J, q''' is
++-J/w^2, and the corner is left by at most J w/6. Of even steps with w their length this is the cubic B-spline of the joints.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ _MIN_BLEND = 1e-9  # of a step: narrower roundings are those of no jump
 class RoundedPath:
     """Path of the axes over its nominal time.
 
-    sigma : (n + 1,) nominal time at the joints, s; position : (n, axes) at the start of each step, m or rad; rate : (n, axes) of
-    each step; jump : (n + 1, axes) of the rate at the joints, 0 where the path is not rounded; width : (n + 1,) s.
+    sigma : (n + 1,) nominal time at the joints, s; position : (n, axes) at the start of each step, m or rad; rate : (n,
+    axes) of each step; jump : (n + 1, axes) of the rate at the joints, 0 where the path is not rounded; width : (n + 1,) s.
     """
 
     sigma: FloatArray
@@ -33,8 +33,8 @@ class RoundedPath:
 
     @classmethod
     def of(cls, position: FloatArray, nominal: FloatArray, *, stops: np.ndarray, tolerance: FloatArray) -> RoundedPath:
-        """Return the path of steps (n, 2, axes) of nominal times (n,), rounded at joints that are no stop by at most `tolerance`
-        (axes,)."""
+        """Return the path of steps (n, 2, axes) of nominal times (n,), rounded at joints that are no stop by at most
+        `tolerance` (axes,)."""
         sigma = np.concatenate([[0.0], np.cumsum(nominal)])
         rate = (position[:, 1] - position[:, 0]) / nominal[:, None]
         jump, width = np.zeros((len(nominal) + 1, rate.shape[1])), np.zeros(len(nominal) + 1)
@@ -58,12 +58,12 @@ class RoundedPath:
         second, third = np.zeros_like(first), np.zeros_like(first)
         for joint, gap, way in ((step, x, -1.0), (step + 1, y, 1.0)):
             width = self.width[joint]
-            rest = np.maximum(width - gap, 0.0)
+            inside = np.maximum(width - gap, 0.0)
             with np.errstate(divide="ignore", invalid="ignore"):
                 square = np.where(width > 0, 1 / width**2, 0.0)
             jump = self.jump[joint]
-            q += jump * (rest**3 * square / 6)[:, None]
-            first += way * jump * (rest**2 * square / 2)[:, None]
-            second += jump * (rest * square)[:, None]
-            third += way * jump * (square * (rest > 0))[:, None]
+            q += jump * (inside**3 * square / 6)[:, None]
+            first += way * jump * (inside**2 * square / 2)[:, None]
+            second += jump * (inside * square)[:, None]
+            third += way * jump * (square * (inside > 0))[:, None]
         return q, first, second, third
