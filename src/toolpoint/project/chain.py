@@ -10,6 +10,7 @@ from pathlib import Path, PurePosixPath
 from typing import Any
 
 from toolpoint import io
+from toolpoint._check import ToolpointError
 from toolpoint.cutting.description import flat_values
 from toolpoint.io.yaml.named_files import list_named_files
 from toolpoint.machine.description.project_plan import (
@@ -21,14 +22,14 @@ from toolpoint.machine.description.project_plan import (
     ProjectTest,
 )
 from toolpoint.project.engine.step import LateWork, ProjectStep, result_path
-from toolpoint.project.programs.settings import program_command, program_inputs, program_settings
+from toolpoint.project.programs.settings import circle_command, program_command, program_inputs, program_settings
 from toolpoint.project.recorded_tests import find_files, find_records, refuse_repeated_files
 
 TRIED_FILE = "tried.yaml"
 CHOICES_FOLDER = "choices"  # of poles that a person chose: a file a test, of its name
 # Versions of what the steps compute: raised where results change.
-STEP_VERSIONS = {"responses": 4, "modes": 6, "joints": 7, "drift": 2, "update": 4, "machine": 1, "tip": 2, "tried": 7,
-                 "limits": 13, "changes": 4, "next": 2, "contour": 2, "program": 7}
+STEP_VERSIONS = {"responses": 4, "modes": 6, "joints": 8, "drift": 2, "update": 4, "machine": 1, "tip": 2, "tried": 7,
+                 "limits": 13, "changes": 4, "next": 2, "contour": 3, "program": 7}
 
 
 @dataclass(frozen=True)
@@ -63,7 +64,7 @@ class _ChainBuilder:
         sources |= self._coupled(machine)
         weights = self._answers(sources, machine)
         self._programs(sources, weights)
-        self._contours()
+        self._contours(machine)
         self._say_missing(sources)
         return self._steps
 
@@ -297,14 +298,26 @@ class _ChainBuilder:
                 "pose": next(iter(goals.values()))["pose"], "poses": [dict(pose) for pose in poses]},
                 outputs=("next.json",), words="the test that would narrow the answer most")
 
-    def _contours(self) -> None:
+    def _contours(self, machine: str | None) -> None:
+        servo = self.project.servo
+        structure = machine if machine is not None and servo is not None and self._ends_on_machine(servo) else None
         for name, goal in self.project.contours.items():
-            if self.project.servo is None:
+            if servo is None:
                 self.absent_parts.append(f"goal {name}: a servo file (servo: drives.yaml) gives the circle's deviation")
                 continue
-            self._add("contour", f"contour/{name}", _late("modelling", "follow_circle"), {"servo": self.project.servo},
-                      options=_plain(goal), outputs=("contour.json",), words=f"circle of the goal {name}", command=(
-                          "drive", self.project.servo, "--circle", f"{1e3 * goal.radius:g},{6e4 * goal.feed:g}"))
+            inputs = {"servo": servo} | ({} if structure is None else {"machine": structure})
+            self._add("contour", f"contour/{name}", _late("modelling", "follow_circle"), inputs,
+                      options={"goal": _plain(goal), "is_structure_known": machine is not None}, outputs=("contour.json",),
+                      words=f"circle of the goal {name}", command=circle_command(servo, goal, structure))
+
+    def _ends_on_machine(self, servo: str) -> bool:
+        """Whether the structure of the machine is in the loops; a file that cannot be read fails in its own step."""
+        from toolpoint.studies.servos.circle_study import ends_on_machine
+
+        try:
+            return ends_on_machine(io.read_drives(self.root / servo))
+        except (ToolpointError, OSError):
+            return False
 
     def _say_missing(self, sources: Mapping[str, Any]) -> None:
         """Say what one part more would give."""

@@ -189,10 +189,10 @@ def refuse_uneven_time(path: Path, time: FloatArray) -> NoReturn:
         raise ToolpointError(f"{path}: one sample; must be at least two, whose times give the sample rate")
     steps = np.diff(time)
     usual = float(np.median(steps))
-    worst = int(np.argmax(np.abs(steps - usual)))
-    raise ToolpointError(f"{path}: time does not run evenly: {number_text(float(steps[worst]))} s before sample {worst + 2} "
-                         f"(at {time[worst + 1]:.8g} s), {number_text(usual)} s as a rule; must have one sample rate; resample "
-                         "it, and give the time enough digits")
+    largest_gap = int(np.argmax(np.abs(steps - usual)))
+    step, place = number_text(float(steps[largest_gap])), f"sample {largest_gap + 2} (at {time[largest_gap + 1]:.8g} s)"
+    raise ToolpointError(f"{path}: time does not run evenly: {step} s before {place}, {number_text(usual)} s as a rule; must "
+                         "have one sample rate; resample it, and give the time enough digits")
 
 
 def _is_rounded(time: FloatArray, step: float) -> bool:

@@ -1,9 +1,9 @@
-"""What the mesh of a work that gives way may change in a limit: it enters the stated error of the limit.
+"""Share of a limit that the mesh of a yielding work may change: it enters the stated error of the limit.
 
 Each frequency of the work errs by about a share that two meshes tell. All are lowered together by parts of their shares, up to
-nearly twice them, as between two of them the flank of a lobe may turn; modal masses stay. Where the depth that is cut is near the
-limit, the exact engine gives the changes: the single-frequency solution shows half of them at small immersion. Elsewhere that
-one gives them.
+nearly twice them, as between two of them the flank of a lobe may turn; modal masses stay. Where the depth that is cut is near
+the limit, the exact engine gives the changes: the single-frequency solution shows half of them at small immersion. Elsewhere
+that one gives them.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ from toolpoint.vibration import Modes
 MAX_MESH_SHARE = 1.0  # of a limit: largest stated change
 NEAR_LIMIT_RATIO = 2.5  # of depth and limit, within which the exact engine gives the changes
 MIN_MESH_ERROR = 1e-5  # relative error of a frequency below which its effect on limits is left out
-_PARTS = (0.6, 1.2, 1.8)  # of the errors by which frequencies are lowered
-_MAX_MATCH_DISTANCE = 1e-3  # relative distance of a pole from the work's mode that it is
+_ERROR_FACTORS = (0.6, 1.2, 1.8)  # of the errors by which frequencies are lowered
+_MAX_POLE_DISTANCE = 1e-3  # relative distance of a pole from the work's mode that it is
 _NEIGHBOUR_RANGE = 0.1  # relative distance of modes of two meshes, within which the largest of their errors counts
 
 
@@ -57,16 +57,16 @@ def mesh_share(chart: StabilityChart, problem: MillingProblem, work: Modes, *, e
     shares = _errors_of_poles(problem, work, error)
     if shares.max(initial=0.0) < MIN_MESH_ERROR:
         return np.zeros(chart.speeds.size)
-    lowered = [_lowered(problem, part * shares) for part in _PARTS]
+    lowered = [_lowered(problem, factor * shares) for factor in _ERROR_FACTORS]
     middle = rough_limits(problem, chart.speeds, chart.depth_max)
     share = np.max([np.abs(rough_limits(each, chart.speeds, chart.depth_max) / middle - 1) for each in lowered], axis=0)
     with np.errstate(divide="ignore", invalid="ignore"):
-        near = np.flatnonzero(np.abs(np.log(chart.limit / depth)) < np.log(NEAR_LIMIT_RATIO))
-    if near.size:
-        exact = [stability.chart(each, chart.speeds[near], depth_max=chart.depth_max).limit for each in lowered]
+        judged = np.flatnonzero(np.abs(np.log(chart.limit / depth)) < np.log(NEAR_LIMIT_RATIO))
+    if judged.size:
+        exact = [stability.chart(each, chart.speeds[judged], depth_max=chart.depth_max).limit for each in lowered]
         # A limit that leaves the searched depths has changed as far as these reach.
-        changes = np.abs(np.minimum(exact, chart.depth_max) / chart.limit[near] - 1)
-        share[near] = changes.max(axis=0)
+        changes = np.abs(np.minimum(exact, chart.depth_max) / chart.limit[judged] - 1)
+        share[judged] = changes.max(axis=0)
     return np.asarray(np.minimum(share, MAX_MESH_SHARE))
 
 
@@ -74,7 +74,7 @@ def _errors_of_poles(problem: MillingProblem, work: Modes, error: MeshError) -> 
     """Return the error of every pole, (n,); zero for those that are no mode of the work."""
     frequency = np.abs(problem.plane.poles) / (2 * np.pi)
     distance = np.abs(frequency[:, None] / work.frequency[None, :] - 1).min(axis=1)
-    return np.where(distance < _MAX_MATCH_DISTANCE, error.at(frequency), 0.0)
+    return np.where(distance < _MAX_POLE_DISTANCE, error.at(frequency), 0.0)
 
 
 def _lowered(problem: MillingProblem, share: FloatArray) -> MillingProblem:
