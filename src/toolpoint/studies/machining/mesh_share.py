@@ -1,7 +1,7 @@
 """Share of a limit that the mesh of a yielding work may change: it enters the stated error of the limit.
 
 Each frequency of the work errs by about a share that two meshes tell. All are lowered together by parts of their shares, up to
-nearly twice them, as between two of them the flank of a lobe may turn; modal masses stay. Where the depth that is cut is near
+twice them, as between two of them the flank of a lobe may turn; modal masses stay. Where the depth that is cut is near
 the limit, the exact engine gives the changes: the single-frequency solution shows half of them at small immersion. Elsewhere
 that one gives them.
 """
@@ -18,10 +18,10 @@ from toolpoint.cutting.stability.drawn_response import rough_limits, with_plane
 from toolpoint.studies.cuts.tool_dynamics import ToolDynamics
 from toolpoint.vibration import Modes
 
-MAX_MESH_SHARE = 1.0  # of a limit: largest stated change
+MAX_MESH_SHARE = 2.0  # of a limit: largest stated change
 NEAR_LIMIT_RATIO = 2.5  # of depth and limit, within which the exact engine gives the changes
 MIN_MESH_ERROR = 1e-5  # relative error of a frequency below which its effect on limits is left out
-_ERROR_FACTORS = (0.6, 1.2, 1.8)  # of the errors by which frequencies are lowered
+_ERROR_FACTORS = (0.5, 1.0, 1.5, 2.0)  # of the errors by which frequencies are lowered
 _MAX_POLE_DISTANCE = 1e-3  # relative distance of a pole from the work's mode that it is
 _NEIGHBOUR_RANGE = 0.1  # relative distance of modes of two meshes, within which the largest of their errors counts
 

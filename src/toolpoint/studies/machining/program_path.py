@@ -178,8 +178,7 @@ def _feeds(path: Path, setup: MachiningSetup) -> tuple[FloatArray, FloatArray, s
 def sight_words(look_ahead: int | None) -> str:
     """Return what is taken of the control's look-ahead, in words."""
     if look_ahead is None:
-        return ("the control is taken to look ahead as far as it needs: `look_ahead` of the drive file says how many blocks it "
-                "knows")
+        return "the control is taken to look ahead as far as it needs: give `look_ahead`, the number of blocks that it knows"
     return f"the control looks {look_ahead} blocks ahead"
 
 
