@@ -179,7 +179,7 @@ def sight_words(look_ahead: int | None) -> str:
     """Return what is taken of the control's look-ahead, in words."""
     if look_ahead is None:
         return "the control is taken to look ahead as far as it needs: give `look_ahead`, the number of blocks that it knows"
-    return f"the control looks {look_ahead} blocks ahead"
+    return f"the control looks {look_ahead} block{'s' if look_ahead != 1 else ''} ahead"
 
 
 def find_speed_lines(laid: ProgramPath, text: str) -> dict[int, list[int]]:
