@@ -33,6 +33,24 @@ def test_a_measured_frf_gives_the_same_as_its_modes() -> None:
     assert got == pytest.approx(stability.chart(problem, speeds, ZeroOrder()).limit, rel=2e-4)
 
 
+@pytest.mark.parametrize("spacing", [1.0, 6.0, 13.0])
+def test_limits_on_lines_state_what_their_spacing_leaves_open(spacing: float) -> None:
+    """Milling and turning on the lines of known modes, resonances 12 Hz wide at the half width: within the stated error."""
+    modes = Modes([600.0, 850.0], [0.02, 0.025], 1.4 * np.eye(2), ("tool:+x", "tool:+y"))
+    frf = frequency_response.modal(modes, np.arange(100.0, 2000.0, spacing))
+    speeds = np.linspace(2500.0, 14000.0, 40)
+    for make in (lambda dynamics: benchmark(Engagement.down(0.5), 2).changed(dynamics=dynamics),
+                 lambda dynamics: TurningProblem(1e9, dynamics)):
+        true = stability.chart(make(modes), speeds, ZeroOrder(), depth_max=0.02)
+        chart = stability.chart(make(frf), speeds, ZeroOrder(), depth_max=0.02)
+        limited = np.isfinite(true.limit) & np.isfinite(chart.limit)
+        assert limited.sum() > 10
+        off = np.abs(chart.limit[limited] / true.limit[limited] - 1)
+        stated = chart.limit_error[limited] / true.limit[limited]
+        assert (off <= stated + 1e-6).mean() > 0.97 and np.median(stated) < 0.2, (off, stated)
+        assert spacing < 5 or off.max() > 1e-4  # where nothing is stated, the test fails
+
+
 @pytest.mark.slow
 def test_turning_lobes_follow_tlusty() -> None:
     """Orthogonal cut: the least limit over all speeds is 2 k z (1 + z)/K_f; process damping raises z to z_e.

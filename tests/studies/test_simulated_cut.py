@@ -5,8 +5,12 @@ import pytest
 
 from cutting.cutting_cases import benchmark, one_mode
 from toolpoint.cutting import Engagement, stability
-from toolpoint.cutting.simulation.milling import ExactSteps, simulate
+from toolpoint.cutting.simulation.milling import ExactSteps, RunningCut, run_until_decided, simulate
+from toolpoint.cutting.simulation.verdict import judge
+from toolpoint.samples.hammer_test import template_machine
 from toolpoint.studies import modal_dynamics, simulate_cut
+from toolpoint.studies.cuts.described_cut import build_problem
+from toolpoint.studies.cuts.tool_dynamics import machine_dynamics
 
 CUT = {"diameter": 0.02, "teeth": 2, "tangential": 6e8, "normal": 2e8, "immersion": 0.05, "direction": "down"}
 
@@ -46,3 +50,19 @@ def test_a_run_of_few_periods_is_undecided():
     assert run.is_chattering() is None and np.isnan(run.verdict().growth)
     result = simulate_cut(modal_dynamics(one_mode(2)), CUT, speed=10000.0, depth=0.5e-3, revolutions=5)
     assert result.to_dict()["chatter"] is None and any("undecided" in note for note in result.notes)
+
+
+@pytest.mark.parametrize(("decay", "state"), [(0.0, "chatter"), (0.02, "undecided")])
+def test_chatter_that_wanders_is_told_from_a_slow_fall(decay, state):
+    """Twenty periods a time constant of the slowest mode, over fifty of them; the level scatters by 30 %."""
+    period = np.arange(2000)
+    changes = 1e-5 * np.exp(0.3 * np.random.default_rng(2).standard_normal(period.size) - decay * period / 20)
+    assert judge(changes, status="complete", thickest_chip=5e-5, time_constants=lambda count: count / 20).state == state
+
+
+def test_a_small_level_that_the_steps_keep_up_is_no_chatter():
+    """Slot at 0.94 of the limit: edges that slip out of the thinnest chip a step earlier or later keep up 0.2 % of the chip."""
+    slot = {"diameter": 0.01676, "teeth": 2, "tangential": 2.0059e9, "normal": 4.204e8, "direction": "slot"}
+    problem = build_problem(machine_dynamics(template_machine()), slot, in_time=True)[0].changed(feed_per_tooth=1e-4)
+    run = run_until_decided(RunningCut(problem, 17624.0, 2.419e-3, method=ExactSteps(400), kept=20_000), 960, 2000)
+    assert run.verdict().state == "stable" and run.steps_per_period == 1600

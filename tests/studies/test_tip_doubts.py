@@ -159,6 +159,17 @@ def test_a_narrow_resonance_of_few_lines_is_not_taken_for_noise():
     assert find_compliant_band(frf, usable_band(frf)).low < 400
 
 
+def test_a_narrow_soft_resonance_at_the_lowest_lines_is_no_drift():
+    """A machine on its feet at 12.6 Hz, two lines wide, far below loud modes; drift over the same lines is left out."""
+    lines = np.arange(1.0, 1200.0, 0.1)
+    ways = np.tile([1.0, 0.0], (3, 1))
+    tip = Tip(np.array([12.6, 90.0, 300.0]), np.array([0.007, 0.04, 0.03]), np.array([6e7, 3e8, 1e8]), ways)
+    values = tip.receptance(lines)[:, 0, 0]
+    assert usable_band(response(values, lines=lines)).low == 1.0
+    drift = 1e-6 / lines**2 * np.random.default_rng(3).standard_normal((2, lines.size))
+    assert usable_band(response(values + drift[0] + 1j * drift[1], lines=lines)).low > 8
+
+
 def test_a_delay_too_small_for_one_direction_shows_in_both():
     """Phases of peaks that grow with frequency in both directions, by the same channels, are no chance."""
     parts = {"x": [0, 1], "y": [0, 2]}

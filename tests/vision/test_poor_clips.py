@@ -1,5 +1,7 @@
 """Poor clips: windows that know nothing, orders averaged, missing frames, little motion, lines that the camera makes."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import video_scenes as scenes
@@ -19,7 +21,7 @@ from toolpoint.vision.modes.body_orders import average_orders
 from toolpoint.vision.modes.decay import FreeDecay, decay_of, find_decay
 from toolpoint.vision.modes.full_field import full_field
 from toolpoint.vision.modes.jumps import find_jump
-from toolpoint.vision.modes.lines import lamps_everywhere
+from toolpoint.vision.modes.lines import lamps_everywhere, name_modes
 from toolpoint.vision.modes.pooling import pool_windows
 from toolpoint.vision.modes.projection import PointShapes, decay_basis
 
@@ -131,6 +133,25 @@ def test_lines_that_the_camera_makes_are_named_and_true_ones_are_not():
     assert names[:3] == ("", "image of mode 1 (48 Hz): compressed frames alternate in kind", "")
     assert "mode 1 (48 Hz) seen twice" in names[3] and "sideband of mode 1" in names[4] and "errors of following" in names[5]
     assert name_artefacts(modes([48.0, 82.0], [1.0, 0.4]), [""] * 2, 260.0, resolution=0.3, is_lossy=False) == ("", "")
+
+
+def test_products_of_motion_shake_and_split_modes_are_named():
+    """Modes at 21 and 30.5 Hz and their difference 50 times fainter; a line of the shake; two modes within one line."""
+    found = modes([9.55, 21.0, 30.5, 41.0], [0.01, 0.5, 0.5, 0.01])
+    assert name_modes(found, (), 260.0, resolution=0.3) == ("",) * 4  # it rings on longer than either
+    names = name_modes(replace(found, damping_ratio=[0.04, 0.01, 0.01, 0.01]), (), 260.0, resolution=0.3)
+    assert names[0].startswith("difference of modes 2 and 3") and names[1:] == ("", "", "")
+    for size, is_harmonic in ((0.02, True), (0.1, False)):
+        told = name_modes(modes([32.84, 65.8], [1.0, size], 0.02), (), 260.0, resolution=0.3)
+        assert told[1].startswith("2 times mode 1") == is_harmonic
+    equals = modes([9.5, 21.0, 30.5], [0.1, 0.5, 0.5])
+    assert name_modes(equals, (), 260.0, resolution=0.3) == ("", "", "")
+    shaken = name_artefacts(modes([4.0, 48.0], [0.2, 1.0]), [""] * 2, 260.0, resolution=0.3, is_lossy=False, shake=(2.0,))
+    assert shaken == ("the camera's shake", "")
+    split = modes([7.2, 7.4, 20.0], [1.0, 0.5, 0.7])
+    for is_lossy in (False, True):
+        told = name_artefacts(split, [""] * 3, 260.0, resolution=0.5, is_lossy=is_lossy)
+        assert [("split one mode" in name) for name in told] == [is_lossy, is_lossy, False]
 
 
 def test_the_camera_keeps_on_shaking_and_a_machine_dies_out():

@@ -122,6 +122,7 @@ class ThreeRps:
     def _polish(self, angles: FloatArray, lengths: FloatArray) -> FloatArray | None:
         for _ in range(8):
             value, slope = self._equations(angles, lengths)
+            # At a singular pose Newton's step leads anywhere: the root as the polynomial gave it is dropped instead.
             if abs(np.linalg.det(slope)) < 1e-14 * np.abs(slope).max() ** 3:
                 break
             step = np.linalg.solve(slope, -value)

@@ -28,8 +28,8 @@ from toolpoint.project.recorded_tests import find_files, find_records, refuse_re
 TRIED_FILE = "tried.yaml"
 CHOICES_FOLDER = "choices"  # of poles that a person chose: a file a test, of its name
 # Versions of what the steps compute: raised where results change.
-STEP_VERSIONS = {"responses": 4, "modes": 6, "joints": 8, "drift": 2, "update": 4, "machine": 1, "tip": 2, "tried": 7,
-                 "limits": 13, "changes": 4, "next": 2, "contour": 3, "program": 7}
+STEP_VERSIONS = {"responses": 5, "modes": 7, "joints": 8, "drift": 2, "update": 4, "machine": 2, "tip": 3, "tried": 8,
+                 "limits": 14, "changes": 5, "next": 2, "contour": 3, "program": 8}
 
 
 @dataclass(frozen=True)
@@ -82,6 +82,7 @@ class _ChainBuilder:
         for path in step.input_paths:
             makers = [earlier.named_files for earlier in self._steps if path in earlier.output_paths]
             folder = PurePosixPath(path).parent
+            # A machine file names meshes: a step that reads what was made from it must run again when one of them changes.
             names += makers[0] if makers else [posixpath.normpath(str(folder / name.replace("\\", "/")))
                                                for name in list_named_files(self.root / path)]
         return tuple(dict.fromkeys(names))
@@ -91,6 +92,7 @@ class _ChainBuilder:
         if test.modes:
             return test.modes
         responses = self._responses(name, test)
+        # Responses of a tip are answered by lobes: its modes are fitted there, in the directions of the cut.
         if test.of != STRUCTURE:
             return None
         options = {"band": test.band, "sensor_mass": self._sensor_mass(test), "whole_band": bool(test.responses)}
@@ -159,6 +161,7 @@ class _ChainBuilder:
     def _drift(self, first: str, others: Sequence[str], modes: Mapping[str, str], machine: str) -> dict[str, str]:
         """Add the comparison of later tests at the pose of the first one; return its place as an input, nothing without any."""
         tests = self.project.tests
+        # At another pose every frequency differs without any change of the machine.
         later_tests = [name for name in others if dict(tests[name].pose) == dict(tests[first].pose)]
         if not later_tests:
             return {}
@@ -228,6 +231,7 @@ class _ChainBuilder:
                       options={"name": name, "cut": cuts[goal["cut"]], "cut_name": goal["cut"], "goal": goal,
                                "struck_pose": self._struck_pose, **tool_options, **self._draws}, outputs=("limits.json",),
                       words=f"limit and probability of the goal {name}")
+        # Changes and measurements are ranked on the machine with its own tool: the coupled one is not part of its file.
         own_tool = {name: goal for name, goal in goals.items() if kinds[name] != "coupled"}
         if machine is not None and own_tool:
             self._advice(machine, cuts, own_tool)
@@ -271,6 +275,7 @@ class _ChainBuilder:
         pose = goal["pose"]
         if goal["stick_out"] is not None:
             return "coupled"
+        # What was measured at a pose counts there before what is computed for it.
         if "machine" not in sources or ("tip" in sources and (not pose or dict(pose) == self._struck_pose)):
             return "tip"
         return "machine"

@@ -51,11 +51,12 @@ def usable_band(frf: Frf, excited: float | None = None) -> UsableBand:
     if starts.size < 3:
         return UsableBand(float(lines[first]), highest, _force_note(excited, lines))
     noise_fraction, level = _measure_windows(frf, starts, size)
+    roughness = noise_fraction if frf.variance is not None else np.minimum(noise_fraction, _peak_fractions(frf, starts, size))
     is_excited = lines[starts] < highest
     strongest = int(np.argmax(np.where(is_excited, level * (noise_fraction < MAX_NOISE_FRACTION), 0.0)))
     first_window, last_window = _grow_band(noise_fraction, strongest)
     # An accelerance is not integrated: only noise that hides the response counts as drift there.
-    drift, notes = _drift_end(noise_fraction, level, strongest, MAX_NOISE_FRACTION if frf.quantity == "accelerance"
+    drift, notes = _drift_end(roughness, level, strongest, MAX_NOISE_FRACTION if frf.quantity == "accelerance"
                               else MIN_DRIFT_NOISE), []
     if max(first_window, drift) > 0:
         why = (f"noise is more than {100 * MAX_NOISE_FRACTION:.0f} % of the responses there" if first_window >= drift else
@@ -85,14 +86,11 @@ def find_compliant_band(frf: Frf, band: UsableBand) -> UsableBand:
     if starts.size < 3:
         return band
     noise_fraction, _ = _measure_windows(frf, starts, size)
-    values = np.abs(frf.values.reshape(lines.size, -1)[:, 0]) / (2 * np.pi * np.maximum(lines, lines[first])) ** (
-        2 - _ACCELERANCE_POWER[frf.quantity])
-    peak = np.array([values[start:start + size].max() for start in starts])
+    values = _receptance_windows(frf, starts, size)[..., 0]
+    peak = values.max(axis=1)
     if frf.variance is None:
-        # What falls from the first lines of a window on may be drift, which a resonance inside is not.
-        has_peak = np.array([values[start:start + size].argmax() >= MIN_PEAK_PLACE for start in starts])
-        noise_fraction = np.where(has_peak, _quiet_fractions(frf, starts, size), noise_fraction)
-    noise = noise_fraction * np.array([np.sqrt((values[start:start + size] ** 2).mean()) for start in starts])
+        noise_fraction = np.where(_has_peak(values), _quiet_fractions(frf, starts, size)[:, 0], noise_fraction)
+    noise = noise_fraction * np.sqrt((values**2).mean(axis=1))
     is_clear = noise_fraction < MAX_PEAK_NOISE
     if not is_clear.any():
         return band
@@ -128,14 +126,37 @@ def _measure_windows(frf: Frf, starts: np.ndarray, size: int) -> tuple[FloatArra
     return noise_fraction, np.median(np.sqrt(power), axis=1)
 
 
+def _receptance_windows(frf: Frf, starts: np.ndarray, size: int) -> FloatArray:
+    """Return the magnitudes of the receptances in every window, (n_windows, size, n_responses)."""
+    lines = slice(int(starts[0]), int(starts[0]) + starts.size * size)
+    factor = (2 * np.pi * np.maximum(frf.frequency, frf.frequency[starts[0]])) ** (_ACCELERANCE_POWER[frf.quantity] - 2)
+    values = np.abs(frf.values.reshape(frf.frequency.size, -1)) * factor[:, None]
+    return np.asarray(values[lines].reshape(starts.size, size, -1))
+
+
+def _has_peak(windows: FloatArray) -> np.ndarray:
+    """Return whether each window's largest receptance is a peak inside (lines along axis 1).
+
+    What falls from the first lines of a window on may be drift, which a resonance inside is not.
+    """
+    return np.asarray(windows.argmax(axis=1) >= MIN_PEAK_PLACE)
+
+
+def _peak_fractions(frf: Frf, starts: np.ndarray, size: int) -> FloatArray:
+    """Return the noise fraction of the quieter lines of every window (median over responses) where most of them have a peak
+    inside, else infinity."""
+    has_peak = _has_peak(_receptance_windows(frf, starts, size)).mean(axis=1) >= 0.5
+    return np.where(has_peak, np.median(_quiet_fractions(frf, starts, size), axis=1), np.inf)
+
+
 def _quiet_fractions(frf: Frf, starts: np.ndarray, size: int) -> FloatArray:
-    """Return the noise fraction of every window of the first response, by its quieter lines.
+    """Return the noise fraction of every window and response, (n_windows, n_responses), by its quieter lines.
 
     A resonance of few lines has third differences of its own, about its peak alone: by their mean the softest mode of a tip
     counts as noise, which is in all lines of a window.
     """
-    values = frf.values.reshape(frf.frequency.size, -1)[:, 0] * frf.omega ** _ACCELERANCE_POWER[frf.quantity]
-    windows = values[int(starts[0]):int(starts[0]) + starts.size * size].reshape(starts.size, size)
+    values = frf.values.reshape(frf.frequency.size, -1) * (frf.omega ** _ACCELERANCE_POWER[frf.quantity])[:, None]
+    windows = values[int(starts[0]):int(starts[0]) + starts.size * size].reshape(starts.size, size, -1)
     differences = np.abs(np.diff(windows, 3, axis=1)) ** 2 / 20
     # Squared differences of noise are exponentially distributed: their quantile q is -log(1 - q) of their mean.
     noise = np.quantile(differences, QUIET_QUANTILE, axis=1) / -np.log1p(-QUIET_QUANTILE)

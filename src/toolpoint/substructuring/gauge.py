@@ -174,6 +174,7 @@ def _base(pairs: _Pairs, gauge: ShaftDescription, frequency: FloatArray, measure
     held = _held_gauge(pairs, gauge, frequency)
     deflections = 2 * held.sections
     # H' from the pairs, then H_b = H' (I - Z H')^-1: solved from the right, the base's receptance is never inverted.
+    # What the gauge does with its base held stands still is known from its drawing: only the rest tells of the spindle.
     joined, misfit = held.unknowns(measured - held.held[:, deflections[pairs.output], deflections[pairs.input]])
     right = np.linalg.solve(np.swapaxes(np.eye(2) - held.base_stiffness @ joined, -1, -2), np.swapaxes(joined, -1, -2))
     base = np.swapaxes(right, -1, -2)

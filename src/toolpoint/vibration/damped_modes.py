@@ -31,6 +31,7 @@ from toolpoint.vibration.system import SecondOrderSystem
 MAX_REAL_MODE_COUPLING = 1e-6  # largest modal damping off the diagonal over that on it: below, real modes are exact
 MAX_PAIR_DAMPING = 0.7  # damping ratio up to which a pole of both kinds of damping is one of a conjugate pair
 SPACED_LINE_COUNT, MAX_DIRECT_LINES = 100, 300  # lines of `Modes.direct`: spaced by ratio over the band, in all
+BEYOND_RATIO, BEYOND_LINE_COUNT = 20.0, 24  # lines above that band: up to this many times its end, so many
 MAX_MODE_FREQUENCY = 1e4  # Hz: dampers of light parts have real poles far beyond any resonance
 
 MIXED_NOTE = "structural damping beside viscous damping: exact at each resonance, replaced by an equivalent between them"
@@ -86,14 +87,19 @@ def drop_fast_modes(modes: Modes) -> Modes:
 
 
 def _resonance_lines(modes: Modes) -> FloatArray:
-    """Return lines (Hz) at the resonances of all poles, a half width beside them, and spaced by ratio between them."""
+    """Return lines (Hz) at the resonances of all poles, a half width beside them, and spaced by ratio between and beyond them.
+
+    Harmonics of a cut lie far above the highest resonance: held at a last line near it, what the modes lack was 3 % of the
+    response at the second harmonic.
+    """
     is_elastic = modes.frequency > 0
     frequency, ratio = modes.frequency[is_elastic], np.minimum(modes.damping_ratio[is_elastic], 0.5)
     flanks = [frequency * (1 + side * ratio) for side in (-1.0, 0.0, 1.0)]
-    lines = np.sort(np.concatenate([np.geomspace(0.05 * frequency.min(), 2 * frequency.max(), SPACED_LINE_COUNT), *flanks]))
+    highest = 2 * frequency.max()
+    lines = np.sort(np.concatenate([np.geomspace(0.02 * frequency.min(), highest, SPACED_LINE_COUNT), *flanks]))
     if lines.size > MAX_DIRECT_LINES:
         lines = np.quantile(lines, np.linspace(0, 1, MAX_DIRECT_LINES))
-    return np.unique(lines)
+    return np.unique(np.concatenate([lines, np.geomspace(highest, BEYOND_RATIO * highest, BEYOND_LINE_COUNT)]))
 
 
 def _is_present(matrix: FloatArray | None) -> bool:

@@ -165,6 +165,7 @@ class Frf(NotebookText):
         if self.values.ndim == 3:
             fail("at_pose", "a single pose", "must be a batch")
         select = (lambda a: None if a is None else a[index])
+        # The draws come first, the poses behind them.
         draws = None if self.draws is None else self.draws[:, index]
         return replace(self, values=self.values[index], coherence=select(self.coherence), variance=select(self.variance),
                        draws=draws)

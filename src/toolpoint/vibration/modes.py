@@ -137,6 +137,7 @@ class Modes(NotebookText):
         if self.scaling == "unit modal mass":
             for note in remark_overdamped(ratio):
                 if not any(text.startswith(_OVERDAMPED_REMARK) for text in self.notes):
+                    # Four frames up: at the line of the caller, past the constructor that a dataclass writes.
                     warnings.warn(note, ToolpointWarning, stacklevel=4)
                     object.__setattr__(self, "notes", (*self.notes, note))
         elif ratio.max(initial=0.0) > 1 + 1e-9:

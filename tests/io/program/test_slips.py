@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from toolpoint import studies
@@ -40,6 +41,13 @@ def test_an_arc_that_fits_from_zero_is_noted_and_a_programmed_one_is_not():
 def test_what_is_no_program_is_called_so_once(file):
     with pytest.raises(FileFaults, match="no NC program") as error:
         parse((ROOT / file).read_text(encoding="utf-8"))
+    assert len(error.value.faults) == 1
+
+
+def test_a_binary_file_is_called_no_program_once():
+    binary = np.random.default_rng(1).integers(0, 256, 3000).astype(np.uint8).tobytes().decode("utf-8", "replace")
+    with pytest.raises(FileFaults, match="none of a text") as error:
+        parse(binary)
     assert len(error.value.faults) == 1
 
 

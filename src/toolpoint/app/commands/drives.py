@@ -1,4 +1,4 @@
-"""Commands about drives: drive (a drive file and a program, a circle, a map or a unit) and servo-data."""
+"""Commands about drives: drive (along a program or a circle, over a map, in steps, tuned, or as a unit) and servo-data."""
 
 from __future__ import annotations
 
@@ -61,9 +61,10 @@ def drive(run: Frame, drives: Annotated[SourceFile, Argument()], *,
           fmu: Annotated[NewFile | None, Help("Write the servo as a co-simulation unit (FMI 2.0) here.")] = None,
           fmu_sources: Annotated[bool, Help("The unit with its C sources only: no compiler needed here.")] = False) -> None:
     """Contour error, torque and loops of a servo along a program or a circle; DRIVES is a YAML file of axes and control.
-    Rotary axes (kind reducer) have no path of their own: without one their loops are told."""
+    Rotary axes (kind reducer) have no path of their own: without a path their loops are shown."""
     description = io.read_drives(drives)
     built = None if machine is None else io.read_machine_at(machine, pose)
+    # Each of these is a study of its own: the first that is asked for is all that the command does.
     if grid and built is not None:
         positions = io.lay_grid(built, grid)
         mapped = studies.map_servo(description, machine=built, grid=positions, circle=circle, progress=run.progress("poses"))
@@ -85,6 +86,7 @@ def drive(run: Frame, drives: Annotated[SourceFile, Argument()], *,
         study = studies.study_circle(description, goal, machine=built, progress=run.step)
         run.present(pages.circle_page, study, source_text=drives.read_text(encoding="utf-8-sig"), warnings=run.warnings)
         return
+    # The unit is written before the path is run: it does not depend on the run, and may be all that is asked for.
     doubts = [] if fmu is None else _export(run, description, built, pose, fmu, fmu_sources)
     if program is None and circle is None:
         if fmu is None:

@@ -11,6 +11,7 @@ import scipy  # its rooms load on first use
 
 from toolpoint._check import Array, BoolArray, ComplexArray, FloatArray, ToolpointWarning, fail, floats
 from toolpoint._notebook import NotebookText
+from toolpoint.cutting.cut.interpolation import interpolate
 from toolpoint.vibration import Dof, Frf, Modes
 from toolpoint.vibration.dof import dofs as as_dofs
 from toolpoint.vibration.frequency_response import modal
@@ -87,16 +88,21 @@ class PlaneDynamics(NotebookText):
         return self.deviation is not None or (self.structural is not None and bool(self.structural.any()))
 
     def response(self, frequency: FloatArray) -> ComplexArray:
-        """Return G at these frequencies (Hz), shape (..., d, d); outside a measured band it is zero."""
+        """Return G at these frequencies (Hz), shape (..., d, d): the cubic through four measured lines, zero outside them."""
         f = np.asarray(frequency, float)
         if self.frequency is None:
             causal = self.causal_response(f)
             return causal if not self.is_hysteretic else causal + self.hysteresis(f)
-        line = np.clip(np.searchsorted(self.frequency, f, side="right") - 1, 0, self.frequency.size - 2)
-        part = ((f - self.frequency[line]) / (self.frequency[line + 1] - self.frequency[line]))[..., None, None]
         inside = ((f >= self.frequency[0]) & (f <= self.frequency[-1]))[..., None, None]
-        values = self.lines[1]
-        return np.where(inside, values[line] * (1 - part) + values[line + 1] * part, 0)
+        between = interpolate(self.frequency, self.lines[1], np.clip(f, self.frequency[0], self.frequency[-1]).ravel())
+        return np.where(inside, between.reshape(*f.shape, *between.shape[1:]), 0)
+
+    def every_other_line(self, first: int) -> PlaneDynamics:
+        """Return a measured response with every other line alone, from the `first` (0 or 1) on."""
+        kept = slice(first, None, 2)
+        frequency, values = self.lines
+        return replace(self, frequency=frequency[kept], values=values[kept], draws=None,
+                       variance=None if self.variance is None else self.variance[kept])
 
     def causal_response(self, frequency: FloatArray) -> ComplexArray:
         """Return the sum of the modes at these frequencies (Hz), shape (..., d, d): what methods that march in time solve."""

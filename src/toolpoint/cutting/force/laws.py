@@ -246,6 +246,7 @@ def _chip_thickness(problem: MillingProblem, height: FloatArray, phi: FloatArray
     for i in range(1, tool.teeth + 1):
         earlier = (np.arange(tool.teeth) - i) % tool.teeth
         since = (lag - lag[:, earlier]) % (2 * np.pi)
+        # A single tooth follows itself a whole turn later; the remainder would say at once.
         since = np.where(since < 1e-12, 2 * np.pi, since)
         feed = f * tool.teeth * since / (2 * np.pi)
         base = feed * np.sin(phi) if not trochoidal else _trochoid(phi, tool.radius, feed, since)

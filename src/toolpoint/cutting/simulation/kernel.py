@@ -78,6 +78,8 @@ def simulate(rotation: Rotation, structure: ModalSteps, state: ComplexArray, edg
     lead_steps = fed.size - rotation.steps - 1
     zre, zim = state.real.copy(), state.imag.copy()
     contact = contact_table(rotation, edges)
+    engaged, sine = np.empty(elements, np.int64), np.empty(elements)
+    cosine, surfaces = np.empty(elements), np.empty(elements)
     first_step = rotation.first
     fx, fy, fz = force[first_step, 0], force[first_step, 1], force[first_step, 2]
     for k in range(first_step + 1, rotation.steps + 1):
@@ -96,34 +98,42 @@ def simulate(rotation: Rotation, structure: ModalSteps, state: ComplexArray, edg
         rx, ry, rz = 2 * rx, 2 * ry, 2 * rz
         px, py, pz = rx, ry, rz
         fx, fy, fz, moment, thick = 0.0, 0.0, 0.0, 0.0, 0.0
+        # What earlier passages left does not depend on the displacement sought: it is taken once for both rounds.
+        engaged_count = 0
+        for e in range(elements):
+            if contact[row, e] <= 0.0:
+                continue
+            # Outward normal n = (out sin phi, out cos phi, -up), tangent t = (cos phi, -sin phi, 0).
+            phi = start + row * angle_step - lag[e]
+            s, c = math.sin(phi), math.cos(phi)
+            out, up = outward[e], upward[e]
+            surface = 1e300
+            for i in range(memory):  # what the i-th passage before left, at a time between two steps
+                delay_steps = delay[e, i]
+                past_step = k - delay_steps
+                past_index = math.floor(past_step)
+                part = past_step - past_index
+                was = 0.0
+                # Before the first step nothing vibrated.
+                if past_index >= 0:
+                    was = along(displacement, past_index, out * s, out * c, up, spatial)
+                    if part > 0.0:
+                        was += part * (along(displacement, past_index + 1, out * s, out * c, up, spatial) - was)
+                advance = feed_step * delay_steps
+                if lead_steps > 0:
+                    from_start = past_index + lead_steps
+                    advance = fed[k + lead_steps] - fed[from_start] - part * (fed[from_start + 1] - fed[from_start])
+                surface = min(surface, (advance * s + extra[e, i]) * out - was)
+            engaged[engaged_count], sine[engaged_count], cosine[engaged_count] = e, s, c
+            surfaces[engaged_count] = surface
+            engaged_count += 1
         for _ in range(2):
             fx, fy, fz, moment, thick = 0.0, 0.0, 0.0, 0.0, 0.0
-            for e in range(elements):
-                g = contact[row, e]
-                if g <= 0.0:
-                    continue
-                # Outward normal n = (out sin phi, out cos phi, -up), tangent t = (cos phi, -sin phi, 0).
-                phi = start + row * angle_step - lag[e]
-                s, c = math.sin(phi), math.cos(phi)
-                out, up = outward[e], upward[e]
+            for j in range(engaged_count):
+                e, s, c = engaged[j], sine[j], cosine[j]
+                g, out, up = contact[row, e], outward[e], upward[e]
                 present = out * (s * px + c * py) - up * pz
-                h = 1e300
-                for i in range(memory):  # what the i-th passage before left, at a time between two steps
-                    delay_steps = delay[e, i]
-                    past_step = k - delay_steps
-                    past_index = math.floor(past_step)
-                    part = past_step - past_index
-                    was = 0.0
-                    # Before the first step nothing vibrated.
-                    if past_index >= 0:
-                        was = along(displacement, past_index, out * s, out * c, up, spatial)
-                        if part > 0.0:
-                            was += part * (along(displacement, past_index + 1, out * s, out * c, up, spatial) - was)
-                    advance = feed_step * delay_steps
-                    if lead_steps > 0:
-                        from_start = past_index + lead_steps
-                        advance = fed[k + lead_steps] - fed[from_start] - part * (fed[from_start + 1] - fed[from_start])
-                    h = min(h, (advance * s + extra[e, i]) * out + present - was)
+                h = surfaces[j] + present
                 # A tooth that has left the surface cuts nothing; the linear law lets it pull, which is what theories of
                 # stability assume.
                 if h <= 0.0 and not linear:

@@ -3,7 +3,7 @@ r"""Time-domain milling: regeneration with loss of contact, helix, run-out, uneq
 from __future__ import annotations
 
 import warnings
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -14,6 +14,8 @@ from toolpoint.cutting.cut.problem import MillingProblem, check_speeds
 from toolpoint.cutting.simulation.march import BLOCK_STEPS, March, advance, begin, kept_trace, steps_of_repeat
 from toolpoint.cutting.simulation.records import EdgeElements, ElementForces, ModalSteps, Rotation
 from toolpoint.cutting.simulation.simulated_run import Simulation
+
+FINER_STEPS_FACTOR = 4  # steps that confirm chatter of a low level over those that found it
 
 
 @dataclass(frozen=True)
@@ -83,7 +85,7 @@ class RunningCut:
     def __init__(self, problem: MillingProblem, speed: float, depth: float, *, method: ExactSteps | None = None,
                  start: FloatArray | None = None, kept: int | None = None) -> None:
         method = method or ExactSteps()
-        self.problem, self.kept = problem, kept
+        self.problem, self.kept, self.method, self.start = problem, kept, method, start
         self.speed, self.depth = float(check_speeds(speed)[0]), positive("depth", depth, 1.0)
         if problem.feed_per_tooth <= 0:
             fail("MillingProblem.feed_per_tooth", "0", "must be above zero in the time domain",
@@ -236,7 +238,20 @@ def edge_elements(problem: MillingProblem, depth: float, m: int, *, method: Exac
 
 
 def run_until_decided(cut: RunningCut, first: int, revolutions_max: int) -> Simulation:
-    """Continue a cut to `first`, twice, four times as many revolutions until it is decided, at most `revolutions_max`."""
+    """Continue a cut to `first`, twice, four times as many revolutions until it is decided, at most `revolutions_max`.
+
+    Chatter of a level so low that the time steps may keep it up is run again with finer ones, which decide.
+    """
+    run = _run_until_decided(cut, first, revolutions_max)
+    if not run.verdict().may_be_of_steps:
+        return run
+    refined_cut = RunningCut(cut.problem, cut.speed, cut.depth, kept=cut.kept, start=cut.start,
+                             method=replace(cut.method, steps=FINER_STEPS_FACTOR * cut.steps_per_period))
+    refined = _run_until_decided(refined_cut, first, run.revolutions)
+    return run if refined.verdict().chatters is None else refined
+
+
+def _run_until_decided(cut: RunningCut, first: int, revolutions_max: int) -> Simulation:
     variation = cut.problem.speed_variation
     variation_period = 1 if variation is None else variation.revolutions
     revolutions = min(first, revolutions_max)

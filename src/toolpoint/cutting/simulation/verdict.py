@@ -16,8 +16,10 @@ START_UP_TIME_CONSTANTS = 5.0  # time constants of the slowest mode after which 
 LEVEL_TIME_CONSTANTS = 10.0  # time constants over which the change must keep its level
 MAX_LEVEL_DRIFT = 0.05  # log of the change, over LEVEL_TIME_CONSTANTS: a smaller drift is a level
 MIN_LOG_GROWTH = 0.7  # log of the change, over the half run: a larger one is growth (a doubling)
-MAX_DRIFT_ERROR = 1.0  # log of the change: error of the drift of a level that wanders, over ten times as many time constants
+MAX_DRIFT_ERROR = 0.1  # log of the change, over LEVEL_TIME_CONSTANTS: error of the drift of a level that wanders
+WANDER_TIME_CONSTANTS = 20.0  # time constants over which a level that wanders must stay
 FADED_CHANGE_RATIO = 1e-3  # of the thickest chip: a smaller change is below the smallest chatter
+STEP_LEVEL_RATIO = 0.02  # of the thickest chip: a lower level that stays may be one that the time steps keep up
 ROUNDING_CHANGE_RATIO = 1e-9  # of the thickest chip: a smaller change is rounding
 
 
@@ -34,17 +36,26 @@ class Verdict:
         Growth of the change a period of the cut over the last half of the run, and its 99.9 % error; NaN in a run of fewer
         periods than the fit needs.
     reason : str
+    level : float
+        Change between periods at the end of the run over the thickest chip; NaN where there is no growth.
     """
 
     state: str
     growth: float
     error: float
     reason: str
+    level: float = float("nan")
 
     @property
     def chatters(self) -> bool | None:
         """True, False, or None where it is undecided."""
         return None if self.state == "undecided" else self.state == "chatter"
+
+    @property
+    def may_be_of_steps(self) -> bool:
+        """Whether it is chatter at so low a level that finer time steps may let it fade: edges slip out of a thin chip a step
+        earlier or later each period."""
+        return self.state == "chatter" and self.level < STEP_LEVEL_RATIO and self.growth < 1 + self.error
 
 
 def judge(changes: FloatArray, *, status: str, thickest_chip: float, time_constants: Callable[[int], float]) -> Verdict:
@@ -79,7 +90,7 @@ def judge(changes: FloatArray, *, status: str, thickest_chip: float, time_consta
     relative = float(level[-1] / max(thickest_chip, 1e-300))
     state, reason = _state(slope * GROWTH_BLOCK_COUNT, error * GROWTH_BLOCK_COUNT, relative, time_constants(half.size))
     growth = float(np.exp(slope / each))
-    return Verdict(state, growth, growth * error / each, reason)
+    return Verdict(state, growth, growth * error / each, reason, relative)
 
 
 def _slope(values: FloatArray) -> tuple[float, float]:
@@ -104,8 +115,9 @@ def _state(drift: float, error: float, relative: float, constants: float) -> tup
         return "chatter", "the change between periods grows"
     if relative > FADED_CHANGE_RATIO and abs(drift) + error < MAX_LEVEL_DRIFT and constants > LEVEL_TIME_CONSTANTS:
         return "chatter", f"the change between periods stays at {relative:.2g} of the thickest chip"
-    if (relative > FADED_CHANGE_RATIO and abs(drift) < max(MAX_LEVEL_DRIFT, error) and error < MAX_DRIFT_ERROR
-            and constants > 10 * LEVEL_TIME_CONSTANTS):
+    # Chatter that wanders between levels: no fall that its scatter does not explain, and none of a percent a time constant.
+    if (relative > FADED_CHANGE_RATIO and abs(drift) < max(MAX_LEVEL_DRIFT, error) and constants > WANDER_TIME_CONSTANTS
+            and error < MAX_DRIFT_ERROR * constants / LEVEL_TIME_CONSTANTS):
         return "chatter", f"the change between periods stays, unevenly, at {relative:.2g} of the thickest chip"
     return "undecided", (f"over the last {constants:.2g} time constants of the slowest mode the change between periods went "
                          f"by a factor {np.exp(drift):.3g}, to {relative:.2g} of the thickest chip")

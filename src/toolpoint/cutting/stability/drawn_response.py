@@ -17,9 +17,8 @@ import numpy as np
 import scipy  # its rooms load on first use
 
 from toolpoint._check import FloatArray, IndexArray, ToolpointError
-from toolpoint.cutting.cut.plane import PlaneDynamics
 from toolpoint.cutting.cut.problem import MillingProblem
-from toolpoint.cutting.stability.method import Problem, StabilityMethod
+from toolpoint.cutting.stability.method import Problem, StabilityMethod, with_plane
 from toolpoint.cutting.stability.methods.zero_order import ZeroOrder
 from toolpoint.cutting.stability.result import StabilityChart
 
@@ -73,18 +72,11 @@ def response_alone(problem: MillingProblem) -> MillingProblem:
     return problem.changed(dynamics=replace(problem.plane, draws=None), feed_angle=0.0)
 
 
-def with_plane(problem: Problem, plane: PlaneDynamics) -> Problem:
-    """Return the problem on another response, in the frame of the feed."""
-    if isinstance(problem, MillingProblem):
-        return problem.changed(dynamics=plane, feed_angle=0.0)
-    return replace(problem, dynamics=plane)
-
-
 def rough_limits(problem: Problem, speeds: FloatArray, depth: float) -> FloatArray:
     """Return limits (m) by the single-frequency solution, at most `depth`; process damping of a mill is left out."""
     if isinstance(problem, MillingProblem):
         problem = problem.changed(process_damping=0.0)
-    limit = ZeroOrder().solve(problem, speeds, depth).limit
+    limit = ZeroOrder(states_line_error=False).solve(problem, speeds, depth).limit
     return np.asarray(np.clip(limit, 1e-6 * depth, depth))
 
 
@@ -105,6 +97,7 @@ def _scaled_by_exact(ratios: FloatArray, drawn: Sequence[Problem], chart: Stabil
     except ToolpointError:  # twice the depth may be beyond what a method takes: the ratios stay as they are
         return ratios
     logs = np.log(exact / np.minimum(chart.limit[some], depth))
+    # Intervals downstream multiply by 1.96: the factor makes them Student's for so few draws.
     student = float(scipy.special.stdtrit(len(drawn) - 1, 0.975) / scipy.special.ndtri(0.975))
     rough = np.log(ratios[:len(drawn), some]).std(axis=0)
     factor = np.clip(student * logs.std(axis=0) / np.maximum(rough, MIN_LOG_SCATTER), *SCATTER_FACTOR_RANGE)

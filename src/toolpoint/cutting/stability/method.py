@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import ClassVar, Protocol
 
 import numpy as np
 
 from toolpoint._check import FloatArray, fail
+from toolpoint.cutting.cut.plane import PlaneDynamics
 from toolpoint.cutting.cut.problem import MillingProblem, TurningProblem
 from toolpoint.cutting.stability.result import StabilityChart
 from toolpoint.cutting.stability.warm_start import WarmStart
@@ -51,6 +53,13 @@ class StabilityMethod(Protocol):
         A method that does not use `warm` begins cold whatever is given.
         """
         ...
+
+
+def with_plane(problem: Problem, plane: PlaneDynamics) -> Problem:
+    """Return the problem on another response, in the frame of the feed."""
+    if isinstance(problem, MillingProblem):
+        return problem.changed(dynamics=plane, feed_angle=0.0)
+    return replace(problem, dynamics=plane)
 
 
 def require_suited(method: StabilityMethod, problem: Problem) -> None:

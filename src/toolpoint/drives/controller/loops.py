@@ -272,6 +272,8 @@ class _Levels:
         """Return the level as matrices: its update evaluated on the columns of the unit matrix."""
         update, size = (self._current, self._velocity, self._position)[number](cut)
         n = self.n
+        # An update is written once, as the controller runs it: evaluated on unit vectors it gives its matrices, with no
+        # second derivation.
         unit = np.eye(size + n)
         after, out = update(unit[:size], unit[size:])
         names = tuple(axis.name for axis in self.servo.plant.axes)

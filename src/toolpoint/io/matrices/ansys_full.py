@@ -32,6 +32,7 @@ class _FullWords:
     def record(self, position: int) -> tuple[np.ndarray, int]:
         """Return the values of the record at a word, and the word after it."""
         size = len(self.words)
+        # Every length is asked before it is followed: a damaged one would lead anywhere in the file.
         if not 0 <= position < size - 2 or not 0 <= (length := int(self.words[position])) <= size - position - 3:
             raise ToolpointError(f"{self.path}: no whole record at byte {4 * position} of {4 * size}; the file is cut off or "
                                  "damaged")
@@ -136,6 +137,7 @@ def _matrix(source: _FullWords, header: np.ndarray, pointer: tuple[int, int], fr
     rows, columns, data = (np.concatenate(part) for part in (row_parts, column_parts, values))
     if not np.isfinite(data).all():
         raise ToolpointError(f"{source.path}: {int((~np.isfinite(data)).sum())} values are not finite; damaged")
+    # The mirror image of the diagonal is itself: added twice it would double.
     is_off_diagonal = rows != columns
     places = np.concatenate([rows, columns[is_off_diagonal]]), np.concatenate([columns, rows[is_off_diagonal]])
     both = coo_array((np.concatenate([data, data[is_off_diagonal]]), places), shape=(size, size))

@@ -227,6 +227,7 @@ def _dofs(channels: Sequence[_Channel], labels: Labels) -> tuple[Dof, ...]:
         elif channel.dof is not None:
             result.append(channel.dof)
         else:
+            # The commonest test has one sensor and blows beside it: so it is taken, and noted.
             result.append(motions[0] if motions else Dof(1, "+x"))
             labels.note(f"nothing says where the hammer struck: it is taken as {result[-1]}, the place of the first sensor")
     return tuple(result)

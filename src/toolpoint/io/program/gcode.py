@@ -33,6 +33,7 @@ __all__ = ["Program", "parse", "read", "read_path"]
 
 # Some millions of lines: programs of moulds have as many, a film or a disk image that was named by mistake has more.
 _MAX_PROGRAM_BYTES = 200_000_000
+MAX_FOREIGN, _HEAD_CHARACTERS = 0.2, 4000  # share of the characters at the begin of a file that may be no text
 MAX_FAULTY, FEWEST_FAULTY = 0.5, 4  # share of the lines of a program that may be no blocks; lines from which they are counted
 Point = tuple[float, float, float]
 # How a program ends; and how many of its last lines are looked at, behind which empty numbered ones may stand.
@@ -136,6 +137,7 @@ def parse(text: str, rapid_feed: float = 0.5, start: Point = (0.0, 0.0, 0.0), *,
     """
     from toolpoint.io.program.klartext import reader as klartext
 
+    _check_text(name, text)
     remarks = Remarks()
     state = ControlModes(rapid_feed, arc_tolerance, [float(x) for x in start], remarks, feed=feed or 0.0)
     state.segments.cutter_radii = CutterRadii(cutter_radius) if isinstance(cutter_radius, float | int) else cutter_radius
@@ -160,6 +162,17 @@ def parse(text: str, rapid_feed: float = 0.5, start: Point = (0.0, 0.0, 0.0), *,
                      "an operator moves nothing")
     _tell(reader, remarks)
     return state.segments.program(name, text, words=reader.words, remarks=remarks)
+
+
+def _check_text(name: str, text: str) -> None:
+    """Refuse a file of another kind in one fault: many of its characters are none of a text."""
+    head = text[:_HEAD_CHARACTERS]
+    foreign = sum(c == "\ufffd" or (c < " " and c not in "\t\r\n\f\v") for c in head)
+    # Punched leaders and codes of a serial line are a few.
+    if foreign > MAX_FOREIGN * max(len(head), 1):
+        raise FileFaults(name, text, [Fault(
+            1, 1, "", f"no NC program: {foreign} of its first {len(head)} characters are none of a text (a binary file?); give "
+            "the program that the control runs")])
 
 
 def _check_kind(name: str, text: str, state: ControlModes, remarks: Remarks) -> None:

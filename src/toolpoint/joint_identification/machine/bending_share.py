@@ -99,15 +99,15 @@ def noisy_modes(parts: Mapping[str, Component], motions: Mapping[str, RigidMotio
 
 
 def _phase_powers(part: Component, motion: RigidMotion, count: int) -> tuple[FloatArray, FloatArray]:
-    """Return the mean squares (n_modes,) of the residual over its stated variance, in phase with the motion and beside it."""
+    """Return the mean squares (n_modes,) of the residual over its variance, in phase with the motion and in quadrature."""
     moved, shape = part.rows @ motion.twist, part.values
     residual = (shape - moved)[:, :count] + 1j * (shape - moved)[:, count:]
     complex_motion = moved[:, :count] + 1j * moved[:, count:]
     turned = residual * np.exp(-0.5j * np.angle((complex_motion**2).sum(axis=0)))
     if part.variance is not None:
         turned = turned / np.sqrt(0.5 * (part.variance[:, :count] + part.variance[:, count:]))
-    in_phase, beside = (turned.real**2).sum(axis=0), (turned.imag**2).sum(axis=0)
-    return np.asarray(in_phase / motion.freedom), np.asarray(beside / motion.freedom)
+    in_phase, quadrature = (turned.real**2).sum(axis=0), (turned.imag**2).sum(axis=0)
+    return np.asarray(in_phase / motion.freedom), np.asarray(quadrature / motion.freedom)
 
 
 def _bent(motions: Mapping[str, RigidMotion], name: str, part: Component, *, noisy: BoolArray, criterion: Criterion

@@ -96,6 +96,7 @@ def estimate_reduction(machine: Machine, pose: Mapping[str, float] | None = None
             shift, reach = max(shift, body.residual.shift), min(reach, body.residual.reach)
     shifted = basis_vectors.T @ (stiffness + shift * mass) @ basis_vectors
     residual = residual / max(1 - _softening_fraction(basis_vectors.T @ geometric @ basis_vectors, shifted), 1e-300)
+    # What tables of sliding places leave out is work as well: it adds to the square, so to the bound.
     error = bound_errors(squares, residual, shift) + tables / np.maximum(squares, 1e-300)
     count = min(modes, len(squares))
     frequency = omega[:count] / (2 * np.pi)

@@ -19,6 +19,7 @@ def tree_mass_matrices(tree: JointTree, bodies: BodyMoments, motions: JointMotio
     """Fill `out` (P, n, n) with mass matrices of a `JointTree`, its `BodyMoments` and `JointMotions`, by composite inertias."""
     parents, (columns, column_link, on_path) = tree.parents, motions
     links, n, poses = parents.size, columns.shape[0], positions.shape[0]
+    # Made once for all poses: memory asked for in the loop would cost more than the arithmetic of a small machine.
     moved_r, moved_t = np.empty((links, 3, 3)), np.empty((links, 3))
     rotation, place = np.empty((links, 3, 3)), np.empty((links, 3))
     mass, first_moment, second_moment = np.empty(links), np.empty((links, 3)), np.empty((links, 3, 3))

@@ -24,7 +24,7 @@ from toolpoint.plot.figures.cuts.cutting import (
 )
 from toolpoint.plot.figures.cuts.lobes import StabilityCurve, stability_chart
 from toolpoint.plot.figures.cuts.probability import importance_chart, probability_chart
-from toolpoint.studies.cuts.lobes_study import ADVICE, LobesStudy, needs_long_edges
+from toolpoint.studies.cuts.lobes_study import ADVICE, LobesStudy, least_limit, needs_long_edges
 from toolpoint.studies.cuts.uncertain_cut import CONTRADICTED, Uncertainty, contradictions
 
 
@@ -58,10 +58,8 @@ def _answer(result: LobesStudy) -> str:
     chart, best = result.chart, from_chart(result.chart)
     words = limit_sentence(chart, result.lowest)
     if result.spread is not None and np.isfinite(chart.limit).any():
-        # Limits are positive and scatter by factors: the interval is even in their logarithm.
-        log_half_width = result.spread.factor * result.spread.lowest
         # Rounded both ways alike: only a depth that is advised is rounded down.
-        lower_end, upper_end = (1e3 * float(np.min(chart.limit)) * np.exp(sign * log_half_width) for sign in (-1, 1))
+        lower_end, upper_end = (1e3 * end for end in result.spread.lowest_ends(*least_limit(chart, result.lowest)))
         words += f" Its 95 % interval from the machine's identified numbers: {number_text(lower_end, digits=3)} to " \
                  f"{number_text(upper_end, digits=3)} mm."
     if best.depth <= 0:

@@ -59,10 +59,14 @@ class LimitSpread:
         lower, upper = self.ends(limit, error)
         return [[float(a), float(b)] if np.isfinite(a) and np.isfinite(b) else None for a, b in zip(lower, upper, strict=True)]
 
+    def lowest_ends(self, limit: float, error: float = 0.0) -> tuple[float, float]:
+        """Return both ends of the 95 % interval of the least limit, m; error : what is stated of it besides, m."""
+        half_width = self.factor * self.lowest
+        return max(limit * float(np.exp(-half_width)) - error, 0.0), limit * float(np.exp(half_width)) + error
+
     def words(self, limit: float, error: float = 0.0) -> str:
         """Return the interval of the least limit in words; error : what is stated of it besides, m."""
-        half_width = self.factor * self.lowest
-        lower, upper = max(limit * np.exp(-half_width) - error, 0.0), limit * np.exp(half_width) + error
+        lower, upper = self.lowest_ends(limit, error)
         besides = " and its own stated error" if error > 0 else ""
         return (f"95 % interval of the least limit from the machine's identified numbers{besides}: {1e3 * lower:.4g} .. "
                 f"{1e3 * upper:.4g} mm ({self.samples} samples), mostly of {self.part}")

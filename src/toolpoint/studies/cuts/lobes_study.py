@@ -164,8 +164,7 @@ def chart_lobes(dynamics: ToolDynamics, values: Mapping[str, Any] | None = None,
     spread = spread_of_limits(dynamics, values or {}, chart, method=method,
                               progress=lambda finished, total: progress("sampled machines", finished, total))
     if spread is not None and np.isfinite(chart.limit).any():
-        least_index = int(np.argmin(chart.limit))
-        notes = [spread.words(float(chart.limit[least_index]), float(chart.limit_error[least_index])), *notes]
+        notes = [spread.words(*least_limit(chart, lowest)), *notes]
     advice = advice_rows(chart, sampled, uncertainty, withheld=dynamics.withheld)
     doubts = [*doubts_among(notes), *doubtful_limits(chart)]
     best = from_chart(chart)
@@ -183,6 +182,23 @@ def chart_lobes(dynamics: ToolDynamics, values: Mapping[str, Any] | None = None,
         tabled = tabulate_limits(dynamics, values or {}, cut, chart=chart, method=method,
                                  progress=lambda finished, total: progress("other immersions and teeth", finished, total))
     return LobesStudy(problem, chart, rows, tuple(doubts), tuple(runs), sampled, uncertainty, lowest, spread, tabled)
+
+
+def least_limit(chart: StabilityChart, lowest: stability.LowestLimit | None) -> tuple[float, float]:
+    """Return the least limit and its stated error, m: that between the charted speeds where it is known, else the charted one.
+
+    >>> from toolpoint.cutting import ZeroOrder
+    >>> from toolpoint.studies import modal_dynamics
+    >>> from toolpoint.vibration import Modes
+    >>> tip = modal_dynamics(Modes([900.0, 900.0], 0.02, 1.5 * np.eye(2), ("tip:+x", "tip:+y")))
+    >>> study = chart_lobes(tip, speeds=np.array([9000.0, 9500.0]), method=ZeroOrder())
+    >>> bool(least_limit(study.chart, None)[0] == study.chart.limit.min())
+    True
+    """
+    if lowest is not None and np.isfinite(lowest.depth):
+        return lowest.depth, lowest.error
+    index = int(np.argmin(chart.limit))
+    return float(chart.limit[index]), float(chart.limit_error[index])
 
 
 def _is_quick(problem: MillingProblem, method: StabilityMethod | None) -> bool:

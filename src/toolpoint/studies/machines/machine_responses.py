@@ -22,6 +22,9 @@ from toolpoint.studies.text_table import text_table
 from toolpoint.vibration import Dof, Frf, SecondOrderSystem, StateSpace, damping, frequency_response, state_space
 
 HEADER = ("pose", "response", "greatest µm/N", "at Hz", "95 % interval", "mostly of")
+LINES_OF_RESONANCE = 4.0  # over the bandwidth of the sharpest mode
+MIN_EVEN_LINES, MAX_EVEN_LINES = 400, 4000  # of responses without lines of the caller
+MAX_UNCERTAIN_LINES = 800  # of a machine with identified numbers, whose slopes and draws are solved on every line
 Progress = Callable[[int, int], None]
 
 
@@ -99,7 +102,8 @@ def study_responses_of_machine(
         ``point:direction``, also ``a-b:+x`` of a point relative to another. The tool against the table along the tool's x, y
         and z where left out; inputs where left out are the outputs.
     frequency : (n_f,) floats, optional
-        Hz; 400 lines over the lowest twelve modes where left out.
+        Hz; where left out 400 to 4000 even lines over the lowest twelve modes, close enough for the sharpest of them (at most
+        800 where the machine holds identified numbers).
     keep_draws : bool
         Let the Frfs keep the responses of machines drawn from the covariance of the identified numbers, for limits and for
         files: there what lines have in common counts. None are drawn of a machine without such numbers.
@@ -129,13 +133,15 @@ def study_responses_of_machine(
         fail("machine", "no damping", "its responses would be infinite at every resonance",
              remedy="give damping_ratio, or loss_factor or damping to joints")
     # The same lines at every pose, so that responses can be laid over each other.
-    lines = _lines(machine, chosen) if frequency is None else increasing("frequency",
-                                                                         np.atleast_1d(np.asarray(frequency, float)))
+    uncertainty = machine_uncertainty(machine)
+    line_count_max = MAX_EVEN_LINES if uncertainty is None else MAX_UNCERTAIN_LINES
+    resonances = _resonances(machine, chosen)
+    lines = _lines(resonances, line_count_max) if frequency is None else increasing("frequency",
+                                                                          np.atleast_1d(np.asarray(frequency, float)))
 
     def responses(sample: Machine) -> list[Frf]:
         return [_response(sample, pose, outputs, inputs, lines=lines) for pose in chosen]
 
-    uncertainty = machine_uncertainty(machine)
     spread = None if uncertainty is None else uncertainty.spread(
         lambda sample: np.log(np.maximum(np.abs([frf.values for frf in responses(sample)]), 1e-300)), progress)
     frfs = responses(machine)
@@ -145,7 +151,7 @@ def study_responses_of_machine(
     notes = () if spread is not None else (
         "no intervals: the machine file holds no identified numbers with their covariance (section identified)",)
     return MachineResponses(machine, chosen, tuple(frfs), spread,
-                            (*notes, *dict.fromkeys(n for frf in frfs for n in frf.notes)))
+                            (*_spacing_notes(resonances, lines), *notes, *dict.fromkeys(n for frf in frfs for n in frf.notes)))
 
 
 def _with_draws(frf: Frf, drawn: Sequence[Frf]) -> Frf:
@@ -209,8 +215,28 @@ def _has_loss(machine: Machine) -> bool:
     return any(np.any(damping) or np.any(structural) for damping, structural in losses)
 
 
-def _lines(machine: Machine, poses: Sequence[Mapping[str, float]]) -> FloatArray:
-    ends = [body_shapes(machine, pose, 12).frequency for pose in poses]
-    # Motions without stiffness lie at 0 Hz and would widen the band for nothing.
-    moving = np.concatenate([f[f > 1e-6] for f in ends])
-    return np.linspace(0.2 * float(moving.min()), 1.3 * float(moving.max()), 400)
+def _lines(resonances: FloatArray, line_count_max: int) -> FloatArray:
+    """Return even lines over the resonances (`_resonances`), `LINES_OF_RESONANCE` over the bandwidth of the sharpest where
+    `line_count_max` allows: limits of cuts on a saved response hang on its peaks."""
+    lowest, highest = 0.2 * float(resonances[0].min()), 1.3 * float(resonances[0].max())
+    sharpest = float(resonances[1].min(initial=highest))
+    count = int(np.clip(np.ceil(LINES_OF_RESONANCE * (highest - lowest) / sharpest), MIN_EVEN_LINES, line_count_max))
+    return np.linspace(lowest, highest, count)
+
+
+def _resonances(machine: Machine, poses: Sequence[Mapping[str, float]]) -> FloatArray:
+    """Return frequencies and bandwidths (2, n), Hz, of the lowest modes at all poses; motions without stiffness left out."""
+    ends = [body_shapes(machine, pose, 12) for pose in poses]
+    frequency, ratio = (np.concatenate([getattr(shapes, name) for shapes in ends]) for name in ("frequency", "damping_ratio"))
+    return np.stack([frequency, 2 * ratio * frequency])[:, frequency > 1e-6]
+
+
+def _spacing_notes(resonances: FloatArray, lines: FloatArray) -> tuple[str, ...]:
+    """Return a note where a resonance within the lines may fall between two of them."""
+    frequency, width = resonances[:, (resonances[0] > lines[0]) & (resonances[0] < lines[-1])]
+    spacing = np.diff(lines)[np.clip(np.searchsorted(lines, frequency) - 1, 0, None)] if lines.size > 1 else np.zeros(0)
+    if not spacing.size or (spacing <= width).all():
+        return ()
+    k = int(np.argmax(spacing / np.maximum(width, 1e-300)))
+    return (f"lines are {spacing[k]:.3g} Hz apart at {frequency[k]:.4g} Hz, where a resonance is {width[k]:.2g} Hz wide: its "
+            f"peak may fall between them; lines {width[k] / LINES_OF_RESONANCE:.2g} Hz apart show it (`lines`)",)

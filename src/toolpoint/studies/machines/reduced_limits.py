@@ -17,8 +17,9 @@ from toolpoint._check import FloatArray
 from toolpoint._doubt import Doubt
 from toolpoint.cutting import MillingProblem, StabilityChart
 from toolpoint.cutting.cut.plane import PlaneDynamics
-from toolpoint.cutting.stability.drawn_response import rough_limits, with_plane
+from toolpoint.cutting.stability.drawn_response import rough_limits
 from toolpoint.cutting.stability.lowest import LowestLimit
+from toolpoint.cutting.stability.method import with_plane
 from toolpoint.machine.assembly.reduction_error import REDUCTION_SUBJECT
 from toolpoint.machine.assembly.reduction_estimate import ReductionEstimate, can_estimate, estimate_reduction
 from toolpoint.machine.parts.model import Machine

@@ -14,7 +14,8 @@ import numpy as np
 
 from toolpoint._check import FloatArray
 from toolpoint.cutting import MillingProblem, StabilityChart, stability
-from toolpoint.cutting.stability.drawn_response import rough_limits, with_plane
+from toolpoint.cutting.stability.drawn_response import rough_limits
+from toolpoint.cutting.stability.method import with_plane
 from toolpoint.studies.cuts.tool_dynamics import ToolDynamics
 from toolpoint.vibration import Modes
 

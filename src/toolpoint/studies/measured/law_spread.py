@@ -16,6 +16,7 @@ from toolpoint.studies.measured.machine_check import solve_poles
 from toolpoint.vibration import frequency_response
 
 _MAX_LAW_DIFFERENCE = 0.05  # of limits by laws that the test does not separate: a larger one is a doubt
+# On both sides of a resonance and at its top, within two half widths: there a law of damping shows.
 _LINES_PER_HALF_WIDTH = (-2.0, -1.0, -0.5, 0.0, 0.5, 1.0, 2.0)
 _DAMPING = ("loss_factor", "damping", "damping_matrix")
 _MAX_TRAVEL_AXES = 3  # axes whose ends are combined

@@ -17,6 +17,7 @@ from toolpoint.studies.screening.screen import Screening
 from toolpoint.studies.text_table import text_table
 
 _INTERVAL_PERCENTILES = (2.5, 97.5)  # ends of 95 % intervals
+# Enough for the ends of a 95 % interval to two digits; each is a resampling of what is computed already.
 _BOOTSTRAP_SAMPLES = 400
 
 

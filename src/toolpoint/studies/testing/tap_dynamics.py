@@ -27,6 +27,7 @@ ASSUMED_SIZE_DEVIATION, ASSUMED_FREQUENCY_DEVIATION, ASSUMED_DAMPING_DEVIATION =
 SHARED_FREQUENCY_TOLERANCE, SHARED_DAMPING_TOLERANCE = 2e-3, 0.15
 MAX_SHARED_DEVIATIONS = 3.0  # standard deviations between two modes that may be one
 MIN_COMPLIANCE_RATIO = 0.1  # of the largest compliance: a smaller one moves no limit by more
+# Draws of wide intervals end here: a mode without size or damping is none that was identified.
 MIN_SIZE_FACTOR, MIN_DAMPING_RATIO = 0.05, 1e-4
 LABELS = (Dof("tool", "+x"), Dof("tool", "+y"))
 

@@ -95,6 +95,7 @@ def _node_groups(indptr: IndexArray, indices: IndexArray, n: int, coordinates: F
         if n % width == 0:
             group = np.arange(n) // width
             xadj, _, _ = symbolic.quotient(indptr, indices, group, n // width)
+            # Grouped, all entries of a node's blocks count as stored: worth it as long as most of them are.
             if (xadj[-1] + n // width) * width**2 <= 1.7 * indptr[-1]:
                 return group
     return np.arange(n)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import combinations
 
 import numpy as np
 from scipy.signal import find_peaks
@@ -15,6 +16,8 @@ from toolpoint.vision.displacement.background import CameraMotion
 ALTERNATION_FRACTIONS = (0.5, 0.25)
 # Largest strength over that of its mode: an image, a mode seen twice, a sideband of shake, a line by errors of tracking.
 MAX_IMAGE_RATIO, MAX_TWIN_RATIO, MAX_SIDEBAND_RATIO, MAX_TRACKING_RATIO = 1.0, 0.2, 0.15, 0.015
+# Of a line at the camera's own frequency, which its motion makes and no mode: over the strongest mode that is none of it.
+MAX_SHAKE_RATIO = 0.25
 # Lines of the camera's motion that count: share of the largest, number of lines, highest multiple of one in a sideband.
 MIN_SHAKE_LINE_FRACTION, MAX_SHAKE_LINES, MAX_SHAKE_MULTIPLE = 0.2, 4, 2
 
@@ -52,7 +55,18 @@ def name_artefacts(modes: Modes, names: Sequence[str], frame_rate: float, *, res
                                   resolution=resolution, is_lossy=is_lossy, shake=shake)
             if result[i]:
                 break
-    return tuple(result)
+    return tuple(_name_split_modes(modes, result, resolution) if is_lossy else result)
+
+
+def _name_split_modes(modes: Modes, names: Sequence[str], resolution: float) -> list[str]:
+    """Return the names with both of two unnamed modes doubted that lie within a line of each other in a compressed clip."""
+    result = list(names)
+    for i, j in combinations([k for k in range(modes.count) if not names[k]], 2):
+        if abs(modes.frequency[i] - modes.frequency[j]) < resolution:
+            for k, other in ((i, j), (j, i)):
+                result[k] = (f"doubtful: within one line of the spectrum of mode {other + 1} "
+                             f"({modes.frequency[other]:.4g} Hz); compression can split one mode in two")
+    return result
 
 
 def _artefact(modes: Modes, i: int, j: int, strength_ratio: float, *, half_width: FloatArray, frame_rate: float,
@@ -73,7 +87,7 @@ def _artefact(modes: Modes, i: int, j: int, strength_ratio: float, *, half_width
         return f"sideband of {text} by the camera's shake"
     if strength_ratio < MAX_TWIN_RATIO and abs(f - g) < float(half_width[i] + half_width[j]):
         return f"doubtful: {text} seen twice, its interval holds that frequency"
-    if strength_ratio < MAX_SIDEBAND_RATIO and any(abs(f - times * line) < tolerance for line in shake
+    if strength_ratio < MAX_SHAKE_RATIO and any(abs(f - times * line) < tolerance for line in shake
                                                    for times in range(1, MAX_SHAKE_MULTIPLE + 1)):
         return "the camera's shake"
     if strength_ratio < MAX_TRACKING_RATIO:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import combinations
 
 import numpy as np
 
@@ -12,10 +13,14 @@ from toolpoint.vision.modes.decay import LINE_LOG_ODDS, FreeDecay
 
 MAINS_FREQUENCIES = (50.0, 60.0)  # Hz
 MAX_STEADY_DAMPING = 5e-4  # damping ratio below which a line is driven
+COMBINATION_STRENGTH_RATIO = 10.0  # of two modes over the line at their sum or difference
+MAX_COMBINATION_WIDTH = 0.02  # of that frequency: a wider interval may hold a mode of its own
 MOTION_HARMONICS = (2, 3)  # times the frequency of a mode: large motion shows squared and cubed
 SIDE_LOBE_LINES = 24  # lines of the spectrum: side lobes of the window around a strong one
 # Share of its frequency by which a harmonic may be off its multiple, whatever its interval.
 HARMONIC_TOLERANCE = 0.001
+# The same for a line so much fainter than its mode: errors of the strong one pull it by more than its interval.
+FAINT_STRENGTH_RATIO, FAINT_TOLERANCE = 20.0, 0.003
 # Grey level below which a block tells nothing of the light; share of the mean change of light that half of the blocks have.
 MIN_BLOCK_BRIGHTNESS, MIN_COMMON_LIGHT_FRACTION = 8.0, 0.4
 # Logarithm by which a decay must fall within the record to be none of a steady line, by its whole interval.
@@ -111,7 +116,7 @@ def name_modes(modes: Modes, lamps: Sequence[float], frame_rate: float, *, resol
     for i in range(modes.count):
         f, ratio = float(modes.frequency[i]), float(modes.damping_ratio[i])
         near_lamp = next((lamp for lamp in lamps if abs(lamp - f) < max(2 * resolution, 0.01 * f)), None)
-        harmonic = _harmonic(modes, i)
+        harmonic = _harmonic(modes, i) or _combination(modes, i)
         if near_lamp is not None and not is_fading[i]:
             names.append(name_line(near_lamp, frame_rate))
         elif harmonic or _sideband(modes, i, lamps):
@@ -138,9 +143,30 @@ def _harmonic(modes: Modes, i: int) -> str:
             width = max(0.015 * n * modes.frequency[j], n * modes.damping_ratio[j] * modes.frequency[j])
             if modes.covariance is not None:  # a mode of its own near the multiple is told by its interval
                 combined_interval = modes.frequency_interval[i] + n * modes.frequency_interval[j]
-                width = min(width, max(2 * combined_interval, HARMONIC_TOLERANCE * n * modes.frequency[j]))
+                tolerance = FAINT_TOLERANCE if strength[j] > FAINT_STRENGTH_RATIO * strength[i] else HARMONIC_TOLERANCE
+                width = min(width, max(2 * combined_interval, tolerance * n * modes.frequency[j]))
             if abs(modes.frequency[i] - n * modes.frequency[j]) < width:
                 return f"{n} times mode {j + 1} ({modes.frequency[j]:.4g} Hz): a harmonic of large motion"
+    return ""
+
+
+def _combination(modes: Modes, i: int) -> str:
+    """Return the remark on mode i at the sum or difference of two far stronger modes, which decays about as fast as they do.
+
+    The product of two decays falls with the sum of their rates; the fit of so faint a line rarely tells its rate better than by
+    a factor of two.
+    """
+    if modes.covariance is None:
+        return ""
+    strength, f, decay = np.abs(modes.shape).max(axis=0), modes.frequency, modes.damping_ratio * modes.frequency
+    interval = np.nan_to_num(modes.frequency_interval, nan=np.inf)
+    stronger = np.flatnonzero(strength > COMBINATION_STRENGTH_RATIO * strength[i]).tolist()
+    for j, k in combinations(stronger, 2):
+        width = max(2 * (interval[i] + interval[j] + interval[k]), HARMONIC_TOLERANCE * (f[j] + f[k]))
+        for word, place in (("difference", abs(f[j] - f[k])), ("sum", f[j] + f[k])):
+            if (abs(f[i] - place) < min(width, MAX_COMBINATION_WIDTH * place)
+                    and 0.5 * max(decay[j], decay[k]) < decay[i] < 2 * (decay[j] + decay[k])):
+                return f"{word} of modes {j + 1} and {k + 1} ({f[j]:.4g} and {f[k]:.4g} Hz): a product of large motion"
     return ""
 
 

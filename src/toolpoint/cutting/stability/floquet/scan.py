@@ -17,6 +17,7 @@ import numba as nb
 import numpy as np
 
 from toolpoint._check import Array, ComplexArray, FloatArray, IndexArray
+from toolpoint._inner_kernels import inner_njit
 from toolpoint.cutting.stability.floquet.counts import (
     add_flips,
     count_at,
@@ -43,7 +44,7 @@ from toolpoint.cutting.stability.floquet.track import track
 from toolpoint.cutting.stability.levels import FRACTIONS_ABOVE_ROOT, FRACTIONS_BELOW_ROOT
 
 
-@nb.njit(cache=True, nogil=True)
+@inner_njit(cache=True, nogil=True)
 def values_at(c: ComplexArray, degree: int, levels: FloatArray, out: ComplexArray) -> None:
     """Write the polynomial at all levels."""
     for l in range(levels.size):
@@ -55,7 +56,7 @@ def values_at(c: ComplexArray, degree: int, levels: FloatArray, out: ComplexArra
         out[l] = complex(re, im)
 
 
-@nb.njit(cache=True, nogil=True)
+@inner_njit(cache=True, nogil=True)
 def insert(order: IndexArray, used: int, new: int, place: int) -> None:
     """Put node `new` after position `place` of the order."""
     for k in range(used, place + 1, -1):
@@ -63,7 +64,7 @@ def insert(order: IndexArray, used: int, new: int, place: int) -> None:
     order[place + 1] = new
 
 
-@nb.njit(cache=True, nogil=True)
+@inner_njit(cache=True, nogil=True)
 def real_root(c: ComplexArray, degree: int, a: float, b: float) -> float:
     """Return the root of the real part between a and b by bisection (its sign differs there)."""
     fa = horner(c, degree, a)[0].real
@@ -131,7 +132,7 @@ def scan(turning: Turning, coarse: ArcSet, fine: ArcSet, levels: FloatArray, bas
     return number, status, resolved
 
 
-@nb.njit(cache=True, nogil=True)
+@inner_njit(cache=True, nogil=True)
 def lay_nodes(table: ThetaTable, start: FloatArray, at_levels: ComplexArray, levels: FloatArray, turning: Turning, green: Green,
               room: Room) -> tuple[int, int, int]:
     """Fill the table with the first theta nodes, and with nodes between them until every phase step is plain at every level;
@@ -167,7 +168,7 @@ def lay_nodes(table: ThetaTable, start: FloatArray, at_levels: ComplexArray, lev
     return used, usable, status
 
 
-@nb.njit(cache=True, nogil=True)
+@inner_njit(cache=True, nogil=True)
 def boundaries(table: ThetaTable, used: int, levels: FloatArray, counts: IndexArray, turning: Turning, green: Green, room: Room,
                points: Array) -> tuple[int, int]:
     """Write every change of the count between levels, narrowed by bisection and polished; returns (number, status)."""
@@ -242,7 +243,7 @@ def boundaries(table: ThetaTable, used: int, levels: FloatArray, counts: IndexAr
     return number, status
 
 
-@nb.njit(cache=True, nogil=True)
+@inner_njit(cache=True, nogil=True)
 def improve(points: Array, fine: ArcSet, turning: Turning) -> None:
     """Solve every point again with more nodes on the arc; the difference is its error."""
     green, room = green_at(turning, fine), room_of(fine)

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import math
 
-import numba as nb
 import numpy as np
 
 from toolpoint._check import Array, ComplexArray
+from toolpoint._inner_kernels import inner_njit
 from toolpoint.cutting.stability.floquet.kernels import green_at, node_at, put_point, room_of, root
 from toolpoint.cutting.stability.floquet.records import ArcSet, Green, Room, Turning
 
 DETERMINANT_ROUNDING = 2e-10  # relative, of the determinant
 
 
-@nb.njit(cache=True, nogil=True)
+@inner_njit(cache=True, nogil=True)
 def follow(theta: float, guess: complex, slope: complex, turning: Turning, green: Green, room: Room,
            c: ComplexArray) -> tuple[float, float, complex, bool]:
     """Return the crossing near (theta, guess) by the secant rule on Im s: (theta, s, ds/dtheta, whether it is there).
@@ -47,7 +47,7 @@ def follow(theta: float, guess: complex, slope: complex, turning: Turning, green
     return t0, s0.real, slope, False
 
 
-@nb.njit(cache=True, nogil=True)
+@inner_njit(cache=True, nogil=True)
 def track(previous: Array, coarse: Green, coarse_room: Room, coarse_c: ComplexArray, fine: ArcSet, turning: Turning,
           points: Array) -> int:
     """Follow the known points to this problem on the fine nodes; the change on the coarse ones is the error.

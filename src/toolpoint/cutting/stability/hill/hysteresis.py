@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 Row = tuple[float, float, float, int, float]  # depth m, theta rad, chatter frequency Hz, change, error m
 
 MAX_LED_ROWS = 400  # rows of the matrix up to which points are moved: beyond, each takes more than a second
-MIXED_DAMPING_ERROR = 5e-4  # of a depth: with viscous and structural damping the response is interpolated between lines
+MIXED_DAMPING_ERROR = 1e-4  # of a depth: with viscous and structural damping the response is interpolated between lines
 MAX_DEPTH_SHIFT_RATIO = 0.3  # share of a depth by which a point may move and still be the same point
 UNREFINED_SAFETY_FACTOR = 1.5  # on the estimate where a point cannot be led
 NOTE = "structural damping: boundary points led from its equivalent in time to the response itself by Hill's determinant"
@@ -32,13 +32,14 @@ NOTE = "structural damping: boundary points led from its equivalent in time to t
 def lead_to_response(chart: StabilityChart, problem: MillingProblem) -> StabilityChart:
     """Return a chart of the causal equivalent with its points moved to those of the response with structural damping.
 
-    A speed with a point that has no root near is solved anew by `HillDeterminant`. Where that cannot be (too large a matrix,
+    A speed with a point that has no root near is solved anew by `HillDeterminant`, and so is one without a point whose response
+    has unstable multipliers at the largest depth: its limit moved up to there. Where that cannot be (too large a matrix,
     speed variation) points stay and state the estimated distance: the depth times the largest difference of both responses at
     a harmonic, over the response at the chatter frequency.
     """
     rows: list[tuple[float, ...]] = []
     estimated = 0
-    for i in np.unique(chart.index).tolist():
+    for i in range(chart.speeds.size):
         led = _lead_points(problem, chart, i)
         if led is None:
             led = [_keep_point(problem, chart, p) for p in chart.points(i).tolist()]
@@ -60,6 +61,8 @@ def _lead_points(problem: MillingProblem, chart: StabilityChart, index: int) -> 
     if problem.speed_variation is not None or HillSystem.rows(problem, speed, response) > MAX_LED_ROWS:
         return None
     system = HillSystem(problem, speed, response)
+    if not np.isfinite(chart.limit[index]) and _count_unstable(system, chart.depth_max) != _count_after(chart, index):
+        return _solve_again(problem, speed, chart.depth_max)
     rows = []
     for p in chart.points(index).tolist():
         row = _root_near(system, chart, p)
@@ -68,6 +71,18 @@ def _lead_points(problem: MillingProblem, chart: StabilityChart, index: int) -> 
             return _solve_again(problem, speed, chart.depth_max)
         rows.append(row)
     return rows
+
+
+def _count_unstable(system: HillSystem, depth: float) -> int:
+    """Return the number of unstable multipliers at a depth (m) on the response itself."""
+    from toolpoint.cutting.stability.hill.search import HillSearch
+
+    return HillSearch(system, HillDeterminant().base, np.array([depth])).count(depth)[0]
+
+
+def _count_after(chart: StabilityChart, index: int) -> int:
+    """Return the number of unstable multipliers of a chart beyond its last point at a speed."""
+    return int(chart.unstable_at_zero[index] + chart.change[chart.points(index)].sum())
 
 
 def _root_near(system: HillSystem, chart: StabilityChart, point: int) -> Row | None:

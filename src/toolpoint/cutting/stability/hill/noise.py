@@ -13,8 +13,8 @@ from __future__ import annotations
 import numpy as np
 
 from toolpoint._check import ComplexArray, FloatArray
+from toolpoint.cutting.cut.interpolation import interpolation
 from toolpoint.cutting.cut.plane import PlaneDynamics
-from toolpoint.cutting.stability.hill.interpolation import interpolation
 
 # Differences of lines, of sixth order and of fourth, over the same seven lines. A resonance four lines wide leaves 0.6 % of
 # itself in the sixth.

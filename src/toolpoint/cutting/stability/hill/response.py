@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from toolpoint._check import Array, ComplexArray, FloatArray
+from toolpoint.cutting.cut.interpolation import interpolate
 from toolpoint.cutting.cut.plane import PlaneDynamics
-from toolpoint.cutting.stability.hill.interpolation import interpolate
 from toolpoint.cutting.stability.hill.noise import line_variance
 
 UPPER_BAND_FRACTION = 0.1  # of a measured band: its upper part, left out for the stated error

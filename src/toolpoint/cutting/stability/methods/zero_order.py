@@ -3,7 +3,7 @@ r"""ZeroOrder: the single-frequency stability solution with the full cross respo
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields, replace
 from typing import ClassVar
 
 import numpy as np
@@ -11,7 +11,7 @@ import numpy as np
 from toolpoint._check import Array, ComplexArray, FloatArray, count
 from toolpoint.cutting.cut.plane import PlaneDynamics
 from toolpoint.cutting.cut.problem import MillingProblem, TurningProblem
-from toolpoint.cutting.stability.method import Problem, require_suited
+from toolpoint.cutting.stability.method import Problem, require_suited, with_plane
 from toolpoint.cutting.stability.result import StabilityChart, assemble_chart
 from toolpoint.cutting.stability.warm_start import WarmStart
 
@@ -19,6 +19,11 @@ KNOWN_ERROR = ("single-frequency solution: the directional factors are replaced 
                "half immersion, up to 175 % at flip lobes of small immersion; flip lobes and islands are not found; "
                "compare with FloquetDeterminant")
 
+MIN_HALVED_LINES = 8  # lines of a measured FRF, from which on every other one tells the error of their spacing
+DEEPER_FACTOR = 1.5  # largest depth of solutions on every other line over that of the chart
+MATCHED_LINES = 4.0  # spacings of lines within which a point of every other line has the same chatter frequency
+MAX_RIVAL_ERROR = 0.5  # of a depth: a point with a larger error says nothing about another
+END_PARTS = 16  # of the spacing of measured lines where a curve of real depths ends
 MAX_REFINEMENTS = 60  # of a crossing between two lines
 PERIODS_TOLERANCE = 1e-13  # misfit of a lobe's number, periods, at which its crossing is refined
 MAX_PERIODS_MISFIT = 1e-6  # above, a bracket holds no crossing
@@ -37,6 +42,9 @@ class ZeroOrder:
     ----------
     lines : int
         Frequency lines laid over the poles before the crossings are refined; a measured FRF is taken at its own lines.
+    states_line_error : bool
+        Whether points on a measured FRF state what its spacing and noise leave open: how far they move where the cut is solved
+        on every other line, from the first and from the second on. That takes twice the time.
 
     Source: Altintas, Budak, CIRP Annals 44 (1995) 357-362, with the full cross terms.
     """
@@ -46,6 +54,7 @@ class ZeroOrder:
     takes_response: ClassVar[bool] = True
     uses_warm: ClassVar[bool] = False
     lines: int = 1500
+    states_line_error: bool = field(default=True, repr=False)
 
     def __post_init__(self) -> None:
         count("ZeroOrder.lines", self.lines, 16)
@@ -67,7 +76,29 @@ class ZeroOrder:
         for group in _group_speeds(problem, speeds):
             parts.append(_solve_group(problem, speeds, group, depth_max, self.lines))
         columns = [np.concatenate(c) for c in zip(*parts)]
+        if self.states_line_error and not problem.plane.is_modal and problem.plane.lines[0].size >= MIN_HALVED_LINES:
+            columns[-1] = columns[-1] + self._line_error(problem, speeds, columns, depth_max)
         return assemble_chart(speeds, depth_max, columns, method=str(self), notes=self._notes(problem))
+
+    def _line_error(self, problem: Problem, speeds: FloatArray, columns: Sequence[Array], depth_max: float) -> FloatArray:
+        """Return the error (m) of every point by the spacing and the noise of measured lines.
+
+        It is the larger change of the two solutions on every other line, all of the depth where one of them has no such point.
+        """
+        index, depth, frequency, change = (columns[k] for k in (0, 1, 3, 4))
+        lines = problem.plane.lines[0]
+        reach = MATCHED_LINES * np.diff(lines)[np.clip(np.searchsorted(lines, frequency) - 1, 0, lines.size - 2)]
+        half_method = replace(self, states_line_error=False)
+        error = np.zeros(depth.size)
+        for first in (0, 1):
+            halved = with_plane(problem, problem.plane.every_other_line(first))
+            # Somewhat deeper, so that a point near the largest depth is met again.
+            chart = half_method.solve(halved, speeds, DEEPER_FACTOR * depth_max)
+            for i in range(depth.size):
+                candidates = chart.depth[(chart.index == index[i]) & (chart.change == change[i])
+                                         & (np.abs(chart.frequency - frequency[i]) < reach[i])]
+                error[i] = max(error[i], min(float(np.abs(candidates - depth[i]).min(initial=np.inf)), float(depth[i])))
+        return _with_rivals(index, depth, change, error)
 
     def _notes(self, problem: MillingProblem | TurningProblem) -> tuple[str, ...]:
         if isinstance(problem, TurningProblem):
@@ -80,6 +111,18 @@ class ZeroOrder:
         if problem.speed_variation is not None:
             pitch = (*pitch, "spindle-speed variation left out by the zero-order solution")
         return (*problem.notes, KNOWN_ERROR + helix, *pitch)
+
+
+def _with_rivals(index: Array, depth: FloatArray, change: Array, error: FloatArray) -> FloatArray:
+    """Return errors in which the one of each limit reaches down to the lower ends of deeper points that may lie before it."""
+    result = error.copy()
+    for speed in np.unique(index).tolist():
+        leaving = np.flatnonzero((index == speed) & (change > 0))
+        if leaving.size:
+            limit = leaving[np.argmin(depth[leaving])]
+            placed = leaving[error[leaving] < MAX_RIVAL_ERROR * depth[leaving]]
+            result[limit] = max(error[limit], depth[limit] - (depth[placed] - error[placed]).min(initial=np.inf))
+    return result
 
 
 def _group_speeds(problem: MillingProblem | TurningProblem, speeds: FloatArray) -> list[Array]:
@@ -101,6 +144,8 @@ def _solve_group(problem: MillingProblem | TurningProblem, speeds: FloatArray, g
     period = 60 / (teeth * speeds[group])
     f = _frequency_lines(plane, lines, period)
     curves = Curves(plane, matrix, lag, isinstance(problem, TurningProblem))
+    if not plane.is_modal:
+        f = _with_ends_of_curves(curves, f)
     inverse = curves.inverse(f)  # of both branches at once: the responses at all lines are most of the work
     # Both branches are refined at once: a response at few frequencies costs its calls, not its numbers.
     brackets = _Brackets.joined([_brackets(curves, (f, inverse[:, branch]), branch, period, depth_max) for branch in (0, 1)])
@@ -120,6 +165,18 @@ def _frequency_lines(plane: PlaneDynamics, lines: int, period: FloatArray) -> Fl
     step = max(min(frequency_max / lines, 0.15 / period.max()), frequency_max / 40_000)
     f = np.concatenate([around_poles, np.arange(step, frequency_max, step)])
     return np.unique(f[(f > 1e-3 * centre.min()) & (f < frequency_max)])
+
+
+def _with_ends_of_curves(curves: Curves, f: FloatArray) -> FloatArray:
+    """Return measured lines with more frequencies between two of which one alone has a real depth.
+
+    There a curve ends and the depth grows without limit: a deep crossing between the two has no bracket of lines.
+    """
+    inverse = curves.inverse(f)
+    is_real = np.stack([np.isfinite(curves.depth(inverse[:, k], f, np.full(f.size, k))[0]) for k in (0, 1)])
+    ends = np.flatnonzero((is_real[:, 1:] != is_real[:, :-1]).any(axis=0))
+    inside = np.arange(1, END_PARTS) / END_PARTS
+    return np.unique(np.concatenate([f, (f[ends, None] + inside * (f[ends + 1] - f[ends])[:, None]).ravel()]))
 
 
 @dataclass(frozen=True)
@@ -192,6 +249,7 @@ class Curves:
 
 
 def _invert(values: ComplexArray) -> ComplexArray:
+    # A direction in which no force acts has an eigenvalue of rounding, whose inverse would be a limit of 1e13.
     zero = np.abs(values) <= 1e-13 * np.abs(values).max(initial=0.0)
     return np.where(zero, np.nan, 1 / np.where(zero, 1, values))
 

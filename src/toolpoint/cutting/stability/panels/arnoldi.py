@@ -8,6 +8,7 @@ import numba as nb
 import numpy as np
 
 from toolpoint._check import ComplexArray, FloatArray
+from toolpoint._inner_kernels import inner_njit
 from toolpoint.cutting.stability.panels.eigenvalues import eigenvalues
 from toolpoint.cutting.stability.panels.kernels import SUMS, advance, product
 from toolpoint.cutting.stability.panels.records import PeriodOperator
@@ -17,7 +18,7 @@ MAX_RESIDUAL_RATIO = 1e-4  # of a multiplier's distance from the unit circle: a 
 OVERFLOW_MARK = -1  # in place of a number of vectors, where the cut grows beyond double precision
 
 
-@nb.njit(cache=True, nogil=True, fastmath=SUMS)
+@inner_njit(cache=True, nogil=True, fastmath=SUMS)
 def sweep(basis: FloatArray, count: int | np.int64, y: FloatArray, dots: FloatArray) -> float:
     """Orthogonalise y against the first `count` rows of a basis (classical Gram-Schmidt); return the remaining length of y."""
     product(basis, y, y.size, dots[:count])

@@ -8,6 +8,7 @@ import numba as nb
 import numpy as np
 
 from toolpoint._check import FloatArray
+from toolpoint._inner_kernels import inner_njit
 from toolpoint._kernel_options import BORROWS
 from toolpoint.cutting.stability.panels.records import Walls
 
@@ -36,7 +37,7 @@ def limits(entry: float, leave: float, ratio: float) -> tuple[float, float]:
             math.acos(max(-1.0, min(1.0, math.cos(leave) * ratio))))
 
 
-@nb.njit(cache=True, nogil=True, **BORROWS)
+@inner_njit(cache=True, nogil=True, **BORROWS)
 def beyond_walls(angle: float, slope: float, u: float, walls: Walls, out: FloatArray) -> None:
     """Write how far the edge at length u (m) is beyond its entry and before its exit, rad, into out (2,).
 
@@ -49,7 +50,7 @@ def beyond_walls(angle: float, slope: float, u: float, walls: Walls, out: FloatA
     out[0], out[1] = phi - a, b - phi
 
 
-@nb.njit(cache=True, nogil=True, **BORROWS)
+@inner_njit(cache=True, nogil=True, **BORROWS)
 def wall_length(angle: float, slope: float, span: tuple[float, float], values: tuple[float, float], wall: int, walls: Walls,
                 room: FloatArray) -> tuple[float, float]:
     """Return the edge lengths on the side of the first and of the last end of a span between which the edge meets a wall, equal
@@ -91,7 +92,7 @@ def wall_length(angle: float, slope: float, span: tuple[float, float], values: t
     return b, a
 
 
-@nb.njit(cache=True, nogil=True, **BORROWS)
+@inner_njit(cache=True, nogil=True, **BORROWS)
 def mark_walls(marks: FloatArray, walls: Walls, out: FloatArray) -> None:
     """Write (marks, 4): height (m), entry and exit (rad) at every mark, and the height in the middle before it.
 
@@ -103,7 +104,7 @@ def mark_walls(marks: FloatArray, walls: Walls, out: FloatArray) -> None:
         out[g, 3] = place(0.5 * (marks[g - 1] + marks[g]), walls.corner, walls.radius)[0] if g > 0 else out[g, 0]
 
 
-@nb.njit(cache=True, nogil=True, **BORROWS)
+@inner_njit(cache=True, nogil=True, **BORROWS)
 def tooth_pieces(angle: float, slope: float, marks: tuple[FloatArray, FloatArray], walls: Walls, room: FloatArray,
                  out: FloatArray) -> int:
     """Write the pieces of the edge (u from, to, m) in cut when its tip is at `angle` (rad) into out (pieces, 2); return their

@@ -8,6 +8,7 @@ import numba as nb
 import numpy as np
 
 from toolpoint._check import ComplexArray, FloatArray
+from toolpoint._inner_kernels import inner_njit
 
 MAX_QR_SWEEPS = 40  # a row at most; usually about two
 DOUBLE_EPSILON = 2.0**-52
@@ -53,7 +54,7 @@ def eigenvalues(h: FloatArray) -> ComplexArray:
     return values
 
 
-@nb.njit(cache=True, nogil=True)
+@inner_njit(cache=True, nogil=True)
 def block_start(a: FloatArray, last: int) -> int:
     """Return the first row of the block that ends at row `last`: where the element below the diagonal is rounding."""
     # From below: rows fall off at the end first, as the shifts are taken there.
@@ -65,7 +66,7 @@ def block_start(a: FloatArray, last: int) -> int:
     return 0
 
 
-@nb.njit(cache=True, nogil=True)
+@inner_njit(cache=True, nogil=True)
 def pair_eigenvalues(a: FloatArray, k: int, scale: float) -> tuple[complex, complex]:
     """Return the eigenvalues of the block of rows k and k + 1, times `scale`."""
     half, middle = 0.5 * (a[k, k] - a[k + 1, k + 1]), 0.5 * (a[k, k] + a[k + 1, k + 1])
@@ -79,7 +80,7 @@ def pair_eigenvalues(a: FloatArray, k: int, scale: float) -> tuple[complex, comp
     return complex(scale * (a[k + 1, k + 1] + root), 0.0), complex(scale * (a[k + 1, k + 1] + other), 0.0)
 
 
-@nb.njit(cache=True, nogil=True, fastmath={"reassoc", "contract", "nsz"})
+@inner_njit(cache=True, nogil=True, fastmath={"reassoc", "contract", "nsz"})
 def sweep(a: FloatArray, first: int, last: int, number: int) -> None:
     """Apply one double-shift sweep to the block of rows first .. last, at least three."""
     total = a[last - 1, last - 1] + a[last, last]

@@ -20,6 +20,7 @@ import numba as nb
 import numpy as np
 
 from toolpoint._check import BoolArray, ComplexArray, FloatArray, IndexArray
+from toolpoint._inner_kernels import inner_njit
 from toolpoint._kernel_options import BORROWS
 from toolpoint.cutting.stability.panels.edge_walls import TURN, mark_walls, tooth_pieces
 from toolpoint.cutting.stability.panels.records import (
@@ -70,7 +71,7 @@ def directions_of(s: float, c: float, leaning: tuple[float, float], numbers: tup
             drag[a, b] = (n[a] + friction * t[a]) * n[b]
 
 
-@nb.njit(cache=True, nogil=True)
+@inner_njit(cache=True, nogil=True)
 def lay(angle: FloatArray, edges: EdgeLines, walls: Walls, law: EdgeLaw, gx: FloatArray, gw: FloatArray, laid: LaidCut) -> int:
     """Lay the cut on nodes at these angles: `laid` (`LaidCut`) is filled, gx and gw the Gauss rule along a piece of the edge.
 
@@ -84,7 +85,7 @@ def lay(angle: FloatArray, edges: EdgeLines, walls: Walls, law: EdgeLaw, gx: Flo
     return _lay_nodes(angle, edges, walls, numbers_of(law), (gx, gw), room, laid)
 
 
-@nb.njit(cache=True, nogil=True, **BORROWS)
+@inner_njit(cache=True, nogil=True, **BORROWS)
 def _lay_nodes(angle: FloatArray, edges: EdgeLines, walls: Walls, numbers: tuple[float, float, float, float],
                rule: tuple[FloatArray, FloatArray], room: tuple[FloatArray, ...], laid: LaidCut) -> int:
     """Lay the cut as `lay` does; numbers : of the law; rule : gx, gw; room : to work in, the last the walls at the marks."""
@@ -132,7 +133,7 @@ def _lay_nodes(angle: FloatArray, edges: EdgeLines, walls: Walls, numbers: tuple
     return used
 
 
-@nb.njit(cache=True, nogil=True, **BORROWS)
+@inner_njit(cache=True, nogil=True, **BORROWS)
 def look_back(angle: FloatArray, first: IndexArray, entry_delay: FloatArray, nodes: PanelNodes, needed: BoolArray,
               entries: LookBack) -> None:
     """Find the panel of every delayed angle and its interpolation row: `entries` (`LookBack`) are filled, and `needed` marks
@@ -168,7 +169,7 @@ def look_back(angle: FloatArray, first: IndexArray, entry_delay: FloatArray, nod
                     rows[e, k] /= total
 
 
-@nb.njit(cache=True, nogil=True)
+@inner_njit(cache=True, nogil=True)
 def steep(sigma: complex, legendre: FloatArray, weights: FloatArray, count: int, out: ComplexArray) -> None:
     r"""Write the weights of the nodes in :math:`\int_{-1}^{x_i} e^{\sigma (x_i - y)} f(y) dy`, f through `count` Gauss nodes.
 
@@ -290,7 +291,7 @@ def inverses(operator: PeriodOperator) -> None:
                 out[p, i, j] = solved[i, j]
 
 
-@nb.njit(cache=True, nogil=True, fastmath=SUMS, **BORROWS)
+@inner_njit(cache=True, nogil=True, fastmath=SUMS, **BORROWS)
 def product(matrix: FloatArray, vector: FloatArray, size: int, out: FloatArray) -> None:
     """Write the product of a real matrix and the first `size` numbers of a vector, as many rows as `out` has."""
     for i in range(out.size):
@@ -301,7 +302,7 @@ def product(matrix: FloatArray, vector: FloatArray, size: int, out: FloatArray) 
         out[i] = total
 
 
-@nb.njit(cache=True, nogil=True, fastmath=SUMS)
+@inner_njit(cache=True, nogil=True, fastmath=SUMS)
 def advance(x: FloatArray, y: FloatArray, operator: PeriodOperator) -> None:
     """Map the vibration at the nodes and the state of one period (x) on the next (y)."""
     depth, layout, waves, solved, damped = operator

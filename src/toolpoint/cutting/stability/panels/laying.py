@@ -12,6 +12,7 @@ import numba as nb
 import numpy as np
 
 from toolpoint._check import Array, FloatArray, IndexArray
+from toolpoint._inner_kernels import inner_njit
 from toolpoint.cutting.stability.panels.edge_walls import TURN, limits, place
 from toolpoint.cutting.stability.panels.kernels import lay, look_back
 from toolpoint.cutting.stability.panels.records import EdgeLaw, EdgeLines, LaidCut, LookBack, PanelNodes, Walls
@@ -20,7 +21,7 @@ from toolpoint.cutting.stability.sorting import sort
 DISTINCT_ANGLE_PARTS = 1e11  # of a period: angles nearer than one are the same
 
 
-@nb.njit(cache=True, nogil=True)
+@inner_njit(cache=True, nogil=True)
 def tell_apart(angles: FloatArray, period: float) -> FloatArray:
     """Return the distinct angles in rising order, rounded to a part of the period."""
     out = np.empty(angles.size)
@@ -71,7 +72,7 @@ def find_ends(heights: FloatArray, lines: EdgeLines, walls: Walls, period: float
     return split(tell_apart(candidates[:used], period), longest)
 
 
-@nb.njit(cache=True, nogil=True)
+@inner_njit(cache=True, nogil=True)
 def split(ends: FloatArray, longest: float) -> FloatArray:
     """Split panels evenly so that none is longer than `longest`; return the ends."""
     parts, number = np.empty(ends.size - 1, np.int64), 1

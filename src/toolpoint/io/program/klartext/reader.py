@@ -347,6 +347,7 @@ def _move(reader: _Klartext, number: int, kind: str, text: str) -> None:
         rapid = False
     for word in re.findall(r"\bM(\d+)", remainder):
         reader.words.append((number, "M", float(word)))
+    # A line without an axis still turns the tool, or changes feed and M words: it is no move of the tip.
     if not ends and kind in ("L", "LN"):
         state.motion = 0 if rapid else 1
         if state.centre.turns:

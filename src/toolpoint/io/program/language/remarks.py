@@ -40,6 +40,7 @@ class Remarks:
         for message, places in self.faults.items():
             lines = len({number for number, _ in places})
             count_words = f" (in {lines} lines)" if lines > 1 else ""
+            # The first place stands for all: a missing word on every line of a program is one slip, not ten thousand.
             faults.append(Fault(*places[0], "", message + count_words))
         return sorted(faults, key=lambda f: f.line)[:100]
 

@@ -185,6 +185,7 @@ class Segments:
             raise FileFaults(name, text, remarks.fault_list())
         if not self.rows:
             raise FileFaults(name, text, [Fault(1, 1, "", "no block that moves")])
+        # One table for all columns: a program of a million blocks is built in one call instead of twenty lists.
         t = np.array(self.rows, float)
         dwell = np.zeros(len(t))
         dwell[list(self.waits)] = list(self.waits.values())
@@ -199,6 +200,7 @@ class Segments:
         if not self.directions and not self.unseen:
             return np.zeros((0, DIRECTION_WIDTH)), np.zeros(0, bool), np.zeros(0, bool)
         directions, is_controlled, unseen = np.zeros((count, DIRECTION_WIDTH)), np.zeros(count, bool), np.zeros(count, bool)
+        # No number where no vector was programmed: zero would be a direction to reckon with.
         directions[:, 3:6] = directions[:, 9:12] = np.nan
         for k, values in self.directions.items():
             directions[k] = values

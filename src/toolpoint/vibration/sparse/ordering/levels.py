@@ -33,6 +33,7 @@ def cut_by_levels(xadj: IndexArray, adj: IndexArray, edge: IndexArray, weight: I
     while levels[-1][0].size - 1 > _MAX_COARSE_SIZE:
         xadj, adj, edge, weight = levels[-1]
         coarse, count = _matching(xadj, adj, edge, weight)
+        # Hardly any edge was left to match: further levels would cost time and keep the graph as it is.
         if count > 0.93 * (xadj.size - 1):
             break
         levels.append(_contract(xadj, adj, edge, weight, coarse, count))
