@@ -197,7 +197,7 @@ def test_work_and_rotary_limits_of_a_program_go_into_its_files_options_and_comma
     assert command[(start := command.index(words[0])):start + len(words)] == words
     assert command[command.index("--rotary-speed") + 1] == "180"
     settings, inputs = program_settings(program, description), program_inputs(program, None)
-    assert settings["rotary"] == pytest.approx([np.pi, 1200 * np.pi / 180])
+    assert settings["rotary"] == [pytest.approx(np.pi), pytest.approx(1200 * np.pi / 180), None]
     assert {"work", "responses"} & set(inputs) == ({"work"} if "part" in entry else {"responses"})
 
 

@@ -196,7 +196,7 @@ def test_a_measured_line_along_y_stays_along_y():
 def test_what_a_part_cannot_carry_is_doubted_first():
     """One element across, a stock that is not the part, damping of the material alone."""
     part = ClampedPart(plate(5 * MM, 6 * MM, replace(ALUMINIUM, loss_factor=0.01)), (FOOT,), stage_change=0.3,
-                               coarse=plate(5 * MM, 9 * MM, replace(ALUMINIUM, loss_factor=0.01)))
+                               compared=plate(5 * MM, 9 * MM, replace(ALUMINIUM, loss_factor=0.01)))
     doubts = run(part).doubts
     for words in ("elements thick", "part and stock", "of its material alone"):
         assert any(words in doubt for doubt in doubts), words
@@ -239,7 +239,7 @@ def test_a_part_is_read_from_a_machine_file_and_refused_by_name(tmp_path: Path):
     path.write_text(FILE.format(loss=0.01))
     description = io.read_description(path)
     part = studies.describe_part(description, ["foot"])
-    assert part.coarse is not None and part.coarse.element_count < part.model.element_count
+    assert part.compared is not None and part.compared.element_count < part.model.element_count
     with pytest.raises(ToolpointError, match="must be an interface of wall: foot"):
         studies.describe_part(description, ["fot"])
     spring = part.springs[0]  # a clamp with stiffness is a spring by its key, without it the face does not move
@@ -248,7 +248,8 @@ def test_a_part_is_read_from_a_machine_file_and_refused_by_name(tmp_path: Path):
     with pytest.raises(ToolpointError, match="stiffness without rx"):
         studies.describe_part(io.read_description(path), ["foot"])
     path.write_text(FILE.format(loss=0.01).replace("mesh_size: 6 mm", "mesh_size: 60 mm"))
-    assert studies.describe_part(io.read_description(path), ["foot"]).coarse is None  # both would be one element
+    one = studies.describe_part(io.read_description(path), ["foot"])  # a coarser mesh would be one element, too
+    assert one.compared is not None and one.compared.element_count > one.model.element_count
     path.write_text(FILE.format(loss=0))
     with pytest.raises(ToolpointError, match="no damping"):
         studies.describe_part(io.read_description(path), ["foot"])

@@ -256,7 +256,8 @@ class DriveDescription:
     """A drive file: at least one axis, the limits of the set points, and what was assumed.
 
     `substeps` plant steps are taken for each current (or velocity) sample. `corner` says how corners between lines are
-    rounded within the tolerance: a tangent arc, or a clothoid whose jerk is bounded.
+    rounded within the tolerance: a tangent arc, or a clothoid whose jerk is bounded. `look_ahead`: blocks beyond the one
+    under way that the control knows, by whose end it must be able to stop; None for as many as it needs.
 
     Examples
     --------
@@ -271,6 +272,7 @@ class DriveDescription:
     limits: LimitsDescription = LimitsDescription(speed=0.5, acceleration=3.0, jerk=100.0)
     corner_tolerance: Length = 0.0
     corner: Literal["arc", "clothoid"] = "arc"
+    look_ahead: int | None = None
     substeps: int = 1
     source: str = ""
     assumptions: tuple[str, ...] = ()

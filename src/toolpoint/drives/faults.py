@@ -50,6 +50,8 @@ def find_faults(drives: DriveDescription) -> Faults:
         return
     if not drives.axes:
         yield ("axes",), "missing; a drive file needs at least one axis"
+    if drives.look_ahead is not None and drives.look_ahead < 0:
+        yield ("look_ahead",), f"{drives.look_ahead} blocks; must be at least 0"
     if drives.substeps < 1:
         yield ("substeps",), f"{drives.substeps}; must be at least 1"
     for name, axis in drives.axes.items():

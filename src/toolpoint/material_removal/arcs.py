@@ -13,6 +13,7 @@ import math
 
 from numba import njit
 
+from toolpoint._kernel_options import BORROWS
 from toolpoint.material_removal.envelope import profile
 from toolpoint.material_removal.surface import has_material
 
@@ -30,7 +31,7 @@ _REACH_ROUNDS = 2  # largest number of times that slices are laid anew over a sh
 _REACH_BISECTIONS = 6  # halvings of the slice in which the reach ends
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, **BORROWS)
 def edge_at(length, shape):
     """Return height, immersion angle kappa and radius of the edge at a length (m) along its meridian from the flat end."""
     flat, corner, sine, cosine = shape[0], shape[1], shape[2], shape[3]
@@ -43,7 +44,7 @@ def edge_at(length, shape):
     return corner * (1.0 - sine) + straight_length * cosine, turn, flat + corner * cosine + straight_length * sine
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, **BORROWS)
 def edge_length(height, shape):
     """Return the length of the edge's meridian (m) up to a height above the tip."""
     corner, sine, cosine = shape[1], shape[2], shape[3]
@@ -53,7 +54,7 @@ def edge_length(height, shape):
     return corner * (0.5 * math.pi - math.atan2(sine, cosine)) + (height - tangent) / cosine
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, **BORROWS)
 def chip_range(kappa, level, rise):
     """Return first and last angle at which the edge advances outwards; equal where it does nowhere.
 
@@ -72,7 +73,7 @@ def chip_range(kappa, level, rise):
     return start, math.pi - start
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, **BORROWS)
 def is_cut(work, tip, way, edge, phi, margin=0):
     """Whether there is material just outside the edge (height, kappa, radius) at an angle phi; margin as in `has_material`."""
     s, c = math.sin(phi), math.cos(phi)
@@ -83,7 +84,7 @@ def is_cut(work, tip, way, edge, phi, margin=0):
     return has_material(work, tip[0] + r * nx, tip[1] + r * ny, tip[2] + height - gap * math.cos(kappa), margin)
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, **BORROWS)
 def reach_at(work, tip, shape, highest):
     """Return the height (m) above the tip below which all material within a cell of the tool stands.
 
@@ -107,7 +108,7 @@ def reach_at(work, tip, shape, highest):
     return min(reach, highest)
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, **BORROWS)
 def slice_arcs(work, tip, way, edge, limits, arcs):
     """Write entry and exit (rad) of the arcs of one slice; return their number (arcs beyond the room are joined to the last).
 
@@ -141,7 +142,7 @@ def slice_arcs(work, tip, way, edge, limits, arcs):
     return count
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, **BORROWS)
 def _keep_arc(work, tip, way, edge, ends, arcs, count):
     """Write an arc whose ends also the owners of further dexels leave standing; drop one of which they leave nothing."""
     entry = _checked_end(work, tip, way, edge, ends[0], ends[1])
@@ -161,7 +162,7 @@ def _keep_arc(work, tip, way, edge, ends, arcs, count):
     return count + 1
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, **BORROWS)
 def _checked_end(work, tip, way, edge, end, other):
     """Return the end of an arc moved inwards to where there is material by a wider look; not a number for none."""
     width = other - end
@@ -184,7 +185,7 @@ def _checked_end(work, tip, way, edge, end, other):
     return math.nan
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, **BORROWS)
 def tool_arcs(work, tip, feed, shape, flute, arcs):
     """Write the arcs (slices, MAX_ARCS, 2) of the tool at a place; return axial reach (m) and the largest number of arcs.
 
@@ -213,7 +214,7 @@ def tool_arcs(work, tip, feed, shape, flute, arcs):
     return (reach if upper > 0 else 0.0), arc_number_max
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, **BORROWS)
 def _lay_slices(work, tip, feed, shape, reach, arcs):
     """Write the arcs of slices laid over a reach; return the largest number of arcs, and of slices up to the highest cut."""
     way, level, rise = feed
@@ -227,7 +228,7 @@ def _lay_slices(work, tip, feed, shape, reach, arcs):
     return arc_number_max, upper
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, **BORROWS)
 def _upper_end(work, tip, feed, shape, laid, arcs):
     """Return the height (m) at which the edge stops to cut, bisected between the highest slice that does and the next."""
     way, level, rise = feed

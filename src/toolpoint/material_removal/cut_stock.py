@@ -12,6 +12,7 @@ import numpy as np
 from numba import njit
 
 from toolpoint._check import FloatArray, fail, positive
+from toolpoint._kernel_options import BORROWS
 from toolpoint.material_removal.mesh_intervals import MAX_MESH_INTERVALS
 from toolpoint.material_removal.removed import RemovedMaterial
 from toolpoint.material_removal.stock import MESH_KIND, Dexels, Stock, count_dexels
@@ -87,7 +88,7 @@ class CutStock(Stock):
         return intervals[:, :min(max(number, 1), MAX_MESH_INTERVALS)].reshape(*x.shape, -1, 2)
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, **BORROWS)
 def _is_inside(work, rotation, x, y, z):
     """Whether a place (m, in the new axes) lies inside the earlier work."""
     return has_material(work, rotation[0, 0] * x + rotation[0, 1] * y + rotation[0, 2] * z,
@@ -95,7 +96,7 @@ def _is_inside(work, rotation, x, y, z):
                         rotation[2, 0] * x + rotation[2, 1] * y + rotation[2, 2] * z, 0)
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, **BORROWS)
 def _end(work, rotation, place, span, starts_inside):
     """Return the z (m) at which a line enters or leaves the earlier work, between two samples of a span."""
     lower, upper = span
@@ -108,7 +109,7 @@ def _end(work, rotation, place, span, starts_inside):
     return 0.5 * (lower + upper)
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, **BORROWS)
 def _span_in_box(to_box, box, x, y):
     """Return the z (m) at which an upright line enters and leaves a rotated box; the second is lower where it misses it."""
     first, last = -math.inf, math.inf
@@ -123,7 +124,7 @@ def _span_in_box(to_box, box, x, y):
     return first, last
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, **BORROWS)
 def _cross_work(work, rotation, grid, first_stock, intervals):
     """Write the intervals of every line of a grid (x0, y0, spacing); return the largest number of them on a line."""
     x0, y0, h = grid
@@ -137,7 +138,7 @@ def _cross_work(work, rotation, grid, first_stock, intervals):
     return number_max
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, **BORROWS)
 def _cross_places(work, rotation, step, first_stock, places, intervals):
     """Write the intervals of the lines at places (n, 2); return the largest number of them on a line."""
     number_max = 0
@@ -147,7 +148,7 @@ def _cross_places(work, rotation, step, first_stock, places, intervals):
     return number_max
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, **BORROWS)
 def _cross_line(work, rotation, step, first_stock, place, intervals):
     """Write the intervals of the earlier work on a line, sampled in steps (m); return their number, also beyond the room."""
     span = _span_in_box(first_stock[0], first_stock[1], place[0], place[1])

@@ -15,7 +15,10 @@ import math
 
 from numba import njit
 
+from toolpoint._kernel_options import BORROWS
+
 _SHARE_BISECTIONS = 34  # halvings of the part of a move: below 1e-10 of it
+_SIDE_MARGIN = 1e-9  # of the square of a ball's radius: places nearer to its surface are left to the envelope itself
 _HELIX_SECTIONS = 40  # golden sections of a helical arc
 
 
@@ -47,7 +50,7 @@ def profile_slope(d, shape):
     return cosine / sine
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, **BORROWS)
 def lowest_of_line(move, shape, x, y):
     """Return the envelope (m) of a straight move at a place; infinite where the tool does not pass."""
     radius = shape[4]
@@ -83,7 +86,7 @@ def lowest_of_line(move, shape, x, y):
     return move[2] + t * az + profile(min(d, radius), shape)
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, **BORROWS)
 def _lowest_share(first, last, middle, across2, square, rise, shape):
     """Return the share t of a move at which z(t) + f(d(t)) is least, by bisection of its slope.
 
@@ -101,7 +104,7 @@ def _lowest_share(first, last, middle, across2, square, rise, shape):
     return 0.5 * (first + last)
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, **BORROWS)
 def lowest_of_arc(move, shape, x, y):
     """Return the envelope (m) of an arc of at most half a rad in XY, its height linear along it."""
     radius, rho, sweep = shape[4], move[9], abs(move[11])
@@ -129,7 +132,7 @@ def lowest_of_arc(move, shape, x, y):
     return _lowest_on_helix(move, shape, m, turn, first, last)
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, **BORROWS)
 def _lowest_on_helix(move, shape, m, turn, first, last):
     """Return the least height (m) between the turns `first` and `last` (rad) of a helical arc, by golden sections: its
     slope is not monotonic.
@@ -155,8 +158,31 @@ def _lowest_on_helix(move, shape, m, turn, first, last):
     return best
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, **BORROWS)
 def lowest(rows, shapes, k, x, y):
     """Return the envelope (m) of row k of the moves at a place (m), with the shape that the row names."""
     shape = shapes[int(rows[k, 12])]
     return lowest_of_line(rows[k], shape, x, y) if rows[k, 6] == 0.0 else lowest_of_arc(rows[k], shape, x, y)
+
+
+@njit(cache=True, nogil=True, inline="always")
+def ball_side(row, shape, x, y, z):
+    """Return -1 where the ball of a straight move passes below a place (m), 1 where it does not, 0 where `lowest` has to tell.
+
+    By the distance of the place from the path of the ball's centre, which takes no root; a place within `_SIDE_MARGIN` of the
+    surface, above the centre, or beside another shape is left to `lowest`.
+    """
+    if row[6] != 0.0 or shape[0] != 0.0 or shape[2] != 0.0 or shape[1] == 0.0:
+        return 0
+    square = shape[1] * shape[1]
+    qx, qy, qz = x - row[0], y - row[1], z - row[2] - shape[1]
+    ax, ay, az = row[3] - row[0], row[4] - row[1], row[5] - row[2]
+    length2, along = ax * ax + ay * ay + az * az, qx * ax + qy * ay + qz * az
+    distance2 = qx * qx + qy * qy + qz * qz
+    if along >= length2:
+        distance2 += length2 - 2.0 * along
+    elif along > 0.0:
+        distance2 -= along * along / length2
+    if distance2 < square * (1.0 - _SIDE_MARGIN):
+        return -1
+    return 1 if distance2 > square * (1.0 + _SIDE_MARGIN) and qz < min(az, 0.0) else 0

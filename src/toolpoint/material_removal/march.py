@@ -10,10 +10,12 @@ import numpy as np
 from numba import njit
 
 from toolpoint._check import FloatArray
+from toolpoint._kernel_options import BORROWS
 from toolpoint.material_removal.arcs import MAX_ARCS, OUTSIDE_GAP_RATIO, tool_arcs
+from toolpoint.material_removal.holder_touch import touch_move
 from toolpoint.material_removal.moves import Moves
 from toolpoint.material_removal.removed import RemovalSettings
-from toolpoint.material_removal.surface import Work, cut_move, touch_move
+from toolpoint.material_removal.surface import Work, cut_move
 
 _PIECES_PER_CALL = 4000  # pieces of one call of the kernel: between calls progress is reported and an interruption heard
 _MAX_CONTACTS = 2000  # contacts kept of each kind
@@ -86,7 +88,7 @@ def find_halts(pieces: Moves, at_start: np.ndarray, piece: np.ndarray) -> np.nda
     return halts
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, **BORROWS)
 def _end_early(row, length):  # type: ignore[no-untyped-def]
     """Let a row of a move end a length (m) before its end, or in its middle where it is shorter than twice that."""
     if row[6] == 1.0:

@@ -10,6 +10,7 @@ import numpy as np
 from numba import njit
 
 from toolpoint._check import FloatArray, fail
+from toolpoint._kernel_options import BORROWS
 
 _GRID_SHIFT = 1e-7  # of the spacing: lines pass beside edges and corners of a mesh laid on round numbers
 MAX_MESH_INTERVALS = 16  # along one line
@@ -85,7 +86,7 @@ def _cross_cells(triangles, x, y, count, crossings):
                     count[cell, n] += 1
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, **BORROWS)
 def _cross(triangles, x, y, count, crossings):
     """Write z of every crossing of the lines with the triangles; count goes on beyond the room for them."""
     step_x = x[1] - x[0] if x.size > 1 else 1.0

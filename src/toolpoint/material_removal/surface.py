@@ -17,7 +17,8 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from toolpoint.material_removal.envelope import lowest, lowest_of_arc, lowest_of_line
+from toolpoint._kernel_options import BORROWS
+from toolpoint.material_removal.envelope import ball_side, lowest
 
 _LATTICE_SIZE, _LATTICE_STEP = 89, 55  # points of the Fibonacci lattice in a cell at a wall, and its step: an edge along the
 # grid is placed within 1/89 of the cell
@@ -59,7 +60,7 @@ class Work(NamedTuple):
     upper: np.ndarray
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, **BORROWS)
 def begin_heights(intervals, height):
     """Write the upper end of the stock in every column, m; minus infinity where there is no stock."""
     for i in range(height.shape[0]):
@@ -71,7 +72,7 @@ def begin_heights(intervals, height):
             height[i, j] = upper_end
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, **BORROWS)
 def stock_has(work, x, y, z):
     """Whether a place (m) lies inside the stock before the first cut."""
     if z > work.upper[2] or z < work.lower[2]:
@@ -94,7 +95,7 @@ def stock_has(work, x, y, z):
     return False
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, **BORROWS)
 def _end_between(work, fx, fy, n, end):
     """Return an end of a mesh's interval between four dexels: bilinear where all have it, else the nearest one's; beside an
     edge of the mesh where the faces on both sides meet."""
@@ -138,7 +139,7 @@ def _past_edge(left_end, first, second, right_end, share, limit):
     return min(max(left, right), linear)
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, **BORROWS)
 def cut_height(work, x, y):
     """Return the height (m) down to which the owners around a place have cut there; infinite where none has."""
     i = math.floor((x - work.x0) / work.spacing)
@@ -171,7 +172,14 @@ def equal_of(work, layer, i, j):
     return k if k < 0 else min(work.final[k], work.now[0])
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, inline="always")
+def _passes_below(work, k, x, y, z):
+    """Whether a move, up to the present piece, has cut a place (m)."""
+    side = ball_side(work.joined[k], work.shapes[int(work.joined[k, 12])], x, y, z)
+    return side < 0 or (side == 0 and lowest(work.joined, work.shapes, k, x, y) <= z)
+
+
+@njit(cache=True, nogil=True, **BORROWS)
 def has_material(work, x, y, z, margin):
     """Whether there is material at a place (m) now: that of `cut_height`, which ends at the first owner that has cut below it.
 
@@ -190,7 +198,7 @@ def has_material(work, x, y, z, margin):
             for n in range(first_j, last_j + 1):
                 k = move_of(work, layer, m, n)
                 if k >= 0 and k != previous:
-                    if lowest(work.joined, work.shapes, k, x, y) <= z:
+                    if _passes_below(work, k, x, y, z):
                         return False
                     previous = k
     if not work.now[1]:
@@ -199,12 +207,12 @@ def has_material(work, x, y, z, margin):
         for m in range(first_i, last_i + 1):
             for n in range(first_j, last_j + 1):
                 k = equal_of(work, layer, m, n)
-                if k >= 0 and lowest(work.joined, work.shapes, k, x, y) <= z:
+                if k >= 0 and _passes_below(work, k, x, y, z):
                     return False
     return True
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, **BORROWS)
 def column(work, i, j, height, cut_to):
     """Return the length (m) of material of a dexel between `cut_to` and `height`."""
     length = 0.0
@@ -215,7 +223,7 @@ def column(work, i, j, height, cut_to):
     return length
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, **BORROWS)
 def box_of(work, k, radius, box):
     """Write the range of dexels (first and last index along x, then along y) that piece k with a tool radius (m) can reach."""
     row = work.moves[k]
@@ -239,7 +247,7 @@ def _keep_equal(work, k, i, j):
     work.equal_owner[i, j], work.now[1] = k, 1
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, **BORROWS)
 def cut_move(work, k, box, place):
     """Remove the material that piece k sweeps; return the volume (m^3) and whether any column beneath rises above its lowest
     point.
@@ -260,6 +268,8 @@ def cut_move(work, k, box, place):
                 continue
             is_near |= height_before > tip
             y = work.y0 + j * work.spacing
+            if ball_side(row, shape, x, y, height_before) > 0:
+                continue
             z = lowest(work.moves, work.shapes, k, x, y)
             if z == height_before:
                 _keep_equal(work, k, i, j)
@@ -272,28 +282,6 @@ def cut_move(work, k, box, place):
                     work.earlier_owner[i, j] = owner  # a pass above on the same line keeps its walls
                 work.height[i, j], work.owner[i, j] = z, k
     return length * work.spacing * work.spacing, is_near
-
-
-@njit(cache=True, nogil=True)
-def touch_move(work, k, body, lift, box, place):
-    """Whether a cylinder above the tool (shape row `body`, from `lift` m above the tip) touches material during piece k; the
-    depth and place of the deepest contact are written to `place`, as in `cut_move`."""
-    box_of(work, k, body[4], box)
-    row = work.moves[k].copy()
-    row[2] += lift
-    row[5] += lift
-    bottom, deepest = min(row[2], row[5]), 0.0
-    for i in range(box[0], box[1] + 1):
-        x = work.x0 + i * work.spacing
-        for j in range(box[2], box[3] + 1):
-            if work.height[i, j] <= bottom:
-                continue
-            y = work.y0 + j * work.spacing
-            z = lowest_of_line(row, body, x, y) if row[6] == 0.0 else lowest_of_arc(row, body, x, y)
-            if work.height[i, j] - z > deepest:
-                deepest = work.height[i, j] - z
-                place[0], place[1], place[2], place[3] = deepest, x, y, z
-    return deepest > 0.0
 
 
 @njit(cache=True, nogil=True)
@@ -325,7 +313,7 @@ def list_mixed_cells(work):
     return np.array(cells, np.int64) if len(cells) else np.zeros((0, 2), np.int64)
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, **BORROWS)
 def measure_lines(work, x, y, intervals):
     """Return the removed and the remaining length (m) on upright lines at x and y (n,), whose stock has the intervals (n, m,
     2)."""
@@ -340,7 +328,7 @@ def measure_lines(work, x, y, intervals):
     return taken, kept
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, **BORROWS)
 def _plain_cell(work, i, j):
     """Return the removed and the remaining length (m) of a cell without walls: those of its dexel."""
     if i < 0 or j < 0 or i >= work.height.shape[0] or j >= work.height.shape[1]:
@@ -349,7 +337,7 @@ def _plain_cell(work, i, j):
     return column(work, i, j, math.inf, z) if work.owner[i, j] >= 0 else 0.0, column(work, i, j, z, -math.inf)
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, **BORROWS)
 def _is_mixed(work, i, j):
     """Whether a wall or an edge of the stock may pass through a cell: the heights around it are not those of a smooth face."""
     nx, ny = work.height.shape
@@ -369,7 +357,7 @@ def _is_mixed(work, i, j):
     return work.kind == 2 and _stock_bends(work, i, j)
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, **BORROWS)
 def _stock_bends(work, i, j):
     """Whether an edge of a mesh passes through a cell: its ends there are not in line with those around."""
     for n in range(work.intervals.shape[2]):
@@ -383,7 +371,7 @@ def _stock_bends(work, i, j):
     return False
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, **BORROWS)
 def _cell(work, i, j):
     """Return the mean removed and remaining length (m) of a cell, over a lattice of lines through it."""
     taken, kept = 0.0, 0.0

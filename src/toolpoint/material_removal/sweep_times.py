@@ -17,6 +17,7 @@ import numpy as np
 from numba import njit
 
 from toolpoint._check import FloatArray, IndexArray, floats
+from toolpoint._kernel_options import BORROWS
 from toolpoint.material_removal.envelope import lowest
 from toolpoint.material_removal.moves import Moves
 from toolpoint.material_removal.tool_shape import MillShape
@@ -95,7 +96,7 @@ class SweepTimes:
         return result
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, **BORROWS)
 def _sweep(rows, shapes, places, begins, grid, times):
     """Write the first piece that sweeps each place; places are sorted by the bins of a grid (x0, y0, side, nx, ny)."""
     x0, y0, side, nx, ny = grid
@@ -117,7 +118,7 @@ def _sweep(rows, shapes, places, begins, grid, times):
                     times[n] = k
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, **BORROWS)
 def _ask(rows, shapes, places, move, result):
     """Write whether each place lies above the envelope of its move (a row of `joined`)."""
     for n in range(places.shape[0]):

@@ -29,7 +29,7 @@ TRIED_FILE = "tried.yaml"
 CHOICES_FOLDER = "choices"  # of poles that a person chose: a file a test, of its name
 # Versions of what the steps compute: raised where results change.
 STEP_VERSIONS = {"responses": 5, "modes": 7, "joints": 8, "drift": 2, "update": 4, "machine": 2, "tip": 3, "tried": 8,
-                 "limits": 14, "changes": 5, "next": 2, "contour": 3, "program": 7}
+                 "limits": 14, "changes": 5, "next": 2, "contour": 3, "program": 8}
 
 
 @dataclass(frozen=True)

@@ -124,6 +124,10 @@ class ToolAbove:
                                         scale=0.017453292519943295)] = float("inf")
     rotary_acceleration: Annotated[float, Help("Highest acceleration of rotary axes, °/s².", above=0,
                                                scale=0.017453292519943295)] = float("inf")
+    rotary_jerk: Annotated[float, Help("Highest jerk of rotary axes, °/s³.", above=0, needs="--rotary-acceleration",
+                                       scale=0.017453292519943295)] = float("inf")
+    look_ahead: Annotated[int | None, Help("Blocks that the control knows beyond the one under way; as --drives says "
+                                           "where left out, else as many as it needs.", minimum=0)] = None
     bending: Annotated[float, Help("Bending moment that the tool bears at the holder, N m.", above=0)] = float("inf")
 
 
@@ -210,7 +214,7 @@ def machining(run: Frame, program: Annotated[SourceFile, Argument()], dynamics: 
         stick_outs=dict(above.stick_outs), holder_diameter=above.holder,
         zero=dynamics.zero or {}, speed=speed, spacing=spacing, limits=limits, part=part_faces,
         drives=servo, rotary_speed=above.rotary_speed, rotary_acceleration=above.rotary_acceleration,
-        raises_speed=faster)
+        rotary_jerk=above.rotary_jerk, look_ahead=above.look_ahead, raises_speed=faster)
     # What is written are the advised words: without the advice there would be none.
     with_advice = with_advice or faster or write is not None
     if parsed.is_tilted:

@@ -15,6 +15,7 @@ import numpy as np
 from numba import njit
 
 from toolpoint._check import FloatArray
+from toolpoint._kernel_options import BORROWS
 from toolpoint.cutting.cut.coefficients import CuttingCoefficients
 from toolpoint.cutting.cut.tool import Tool
 
@@ -111,7 +112,7 @@ def _loads(arcs, edges, teeth, law, feed, direction, turn, out):  # type: ignore
                                   out[i]), out[i])
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, **BORROWS)
 def _means(arcs, edges, law, chip, teeth_number):  # type: ignore[no-untyped-def]
     """Return mean force x y z and torque of all teeth, by integrals over each arc.
 
@@ -149,7 +150,7 @@ def _keep_peaks(loads, out):  # type: ignore[no-untyped-def]
     out[7] = max(out[7], math.hypot(loads[4], loads[5]))
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, **BORROWS)
 def _at_angle(arcs, edges, teeth, law, chip, rotation, lever, out):  # type: ignore[no-untyped-def]
     """Return force, torque and bending moment (about x and y) at one rotation."""
     fx, fy, fz, torque, mx, my = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0

@@ -10,6 +10,7 @@ import numba as nb
 
 from toolpoint._check import ComplexArray, FloatArray
 from toolpoint._inner_kernels import inner_njit
+from toolpoint._kernel_options import BORROWS
 
 
 @inner_njit(cache=True, nogil=True)
@@ -40,7 +41,7 @@ def sort_by_size(values: ComplexArray) -> None:
         values[k] = value
 
 
-@inner_njit(cache=True, nogil=True)
+@inner_njit(cache=True, nogil=True, **BORROWS)
 def number_below(values: FloatArray, limit: float, inclusive: bool) -> int:
     """Return how many of the rising values, shape (n,), are below a limit, or at it too where `inclusive`: by bisection."""
     a, b = 0, values.size

@@ -3,7 +3,7 @@ r"""Times of a path whose axes have limits of their own: rotary axes beside line
 The path is given in steps of a nominal time :math:`\tau`, that of the programmed feed. With :math:`r = d\tau/dt \le 1` an
 axis moves at :math:`\dot q = q' r` and accelerates by :math:`\ddot q = q'' r^2 + q' \dot r`. The largest r that keeps both is
 found by a pass forward and one back (Shin and McKay's phase plane, here with :math:`|q''| r^2 + |q'| |\dot r| \le a`, which is
-sufficient). Jerk is not bounded.
+sufficient). Jerk is not bounded here: `axis_jerk` bounds it.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ class AxisTimes:
 
 
 def plan_within_axes(position: FloatArray, nominal: FloatArray, *, speed: FloatArray, acceleration: FloatArray,
-                     stops: np.ndarray, corner_tolerance: FloatArray) -> AxisTimes:
+                     stops: np.ndarray, corner_tolerance: FloatArray, ceiling: FloatArray | None = None) -> AxisTimes:
     """Return the times of the steps of a path within the limits of every axis.
 
     Parameters
@@ -43,6 +43,8 @@ def plan_within_axes(position: FloatArray, nominal: FloatArray, *, speed: FloatA
         At the joints of steps: 2 a stop, 1 a corner between blocks, 0 within a smooth block.
     corner_tolerance : (axes,) floats
         By which an axis may round a corner between blocks, m or rad: its speed may jump by sqrt(8 a e) there.
+    ceiling : (n + 1,) floats, optional
+        Largest r at the joints by what the control sees (`sight_ceiling`).
 
     Raises ToolpointError for arrays that do not fit.
 
@@ -66,6 +68,7 @@ def plan_within_axes(position: FloatArray, nominal: FloatArray, *, speed: FloatA
     rate = np.ascontiguousarray((position[:, 1] - position[:, 0]) / nominal[:, None])
     size, caps = np.abs(rate), _caps(rate, speed)
     curve, squares = _bounds(rate, nominal, caps, acceleration=acceleration, stops=stops, tolerance=corner_tolerance)
+    squares = squares if ceiling is None else np.minimum(squares, ceiling**2)
     pass_along(squares, size, curve, nominal, acceleration)
     backwards = np.ascontiguousarray(squares[::-1])
     pass_along(backwards, np.ascontiguousarray(size[::-1]), np.ascontiguousarray(curve[::-1]),
@@ -74,6 +77,33 @@ def plan_within_axes(position: FloatArray, nominal: FloatArray, *, speed: FloatA
     peaks, times = np.zeros(n), np.zeros(n)
     pass_times(squares, caps, size, curve, nominal, acceleration, peaks, times)
     return AxisTimes(times, np.sqrt(squares), peaks)
+
+
+def sight_ceiling(position: FloatArray, nominal: FloatArray, *, speed: FloatArray, acceleration: FloatArray, stops: np.ndarray,
+                  corner_tolerance: FloatArray, line: np.ndarray, blocks: int, window: float = 0.0) -> FloatArray:
+    """Return the largest r at the joints (n + 1,) of a control that knows so many blocks beyond the one under way.
+
+    At every joint all axes can stop by the end of the last block that is known. line : (n,) program line of every step;
+    window : s, of an average that bounds the jerk, by half of which a stop takes longer; the others as in `plan_within_axes`.
+    """
+    from toolpoint.drives.program.axis_limits_kernel import pass_back_from_sight
+
+    rate = np.ascontiguousarray((position[:, 1] - position[:, 0]) / nominal[:, None])
+    curve, squares = _bounds(rate, nominal, _caps(rate, speed), acceleration=acceleration, stops=stops,
+                             tolerance=corner_tolerance)
+    first = np.append(np.flatnonzero(np.append(True, line[1:] != line[:-1])), len(nominal))
+    out = np.full(squares.size, np.inf)
+    pass_back_from_sight(first, blocks, squares, np.abs(rate), curve, nominal, acceleration, out)
+    if window == 0:
+        return np.sqrt(out)
+    ends = np.concatenate([[0.0], np.cumsum(nominal)])
+    block = np.searchsorted(first, np.arange(squares.size), side="left") - 1
+    sight = ends[first[np.clip(block + 1 + blocks, 0, first.size - 1)]] - ends
+    with np.errstate(divide="ignore", invalid="ignore"):
+        # r^2/(2 c) + r W/2 = sight, c the mean slowdown of the stop without the average.
+        slowdown = out / (2 * sight)
+        slowed = slowdown * (np.sqrt(window**2 / 4 + 2 * sight / slowdown) - window / 2)
+    return np.where(np.isfinite(out), np.where(out > 0, slowed, 0.0), np.inf)
 
 
 def _caps(rate: FloatArray, speed: FloatArray) -> FloatArray:

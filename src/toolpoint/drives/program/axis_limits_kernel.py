@@ -35,6 +35,33 @@ def pass_along(squares, rate, curve, nominal, acceleration):
 
 
 @njit(cache=True, nogil=True)
+def pass_back_from_sight(first, blocks, squares, rate, curve, nominal, acceleration, out):
+    """Lower `out` (n + 1,), squares of r at the ends of steps, to those from which a stop is reached where the sight ends.
+
+    first : (blocks of the program + 1,) first step of each block, and the number of steps; blocks : known beyond the one
+    under way; squares : (n + 1,) what the limits allow.
+    """
+    count = first.size - 1
+    for last in range(count):
+        under_way = last - blocks  # the block whose inner joints see to the end of `last`; its end sees so far, too
+        begin = first[under_way] if under_way >= 0 else first[0]
+        square = 0.0
+        for k in range(first[last + 1] - 1, begin, -1):
+            if square < squares[k]:
+                change = _speed_change(square, rate[k], curve[k], acceleration)
+                reached = square + 2.0 * nominal[k] * change
+                change = min(change, _speed_change(min(reached, squares[k]), rate[k], curve[k], acceleration))
+                square = min(squares[k], square + 2.0 * nominal[k] * change)
+            else:
+                square = squares[k]
+            if under_way >= 0 and k <= first[under_way + 1]:
+                out[k] = min(out[k], square)
+    if blocks == 0:
+        for b in range(1, count):
+            out[first[b]] = 0.0
+
+
+@njit(cache=True, nogil=True)
 def pass_times(squares, caps, rate, curve, nominal, acceleration, peaks, times):
     """Write the largest r of every step and its time (s): up to a cap and down again where the way is straight."""
     for k in range(nominal.size):

@@ -98,7 +98,8 @@ class Plan(NotebookText):
 
 
 def plan_motion(path: Path, limits: JerkLimits, *, corner_tolerance: float = 0.0, normal_acceleration: float | None = None,
-            straight: float = 1e-3, corner: str = "arc") -> Plan:
+            straight: float = 1e-3, corner: str = "arc",
+            look_ahead: int | None = None) -> Plan:
     """Return the timed path.
 
     Parameters
@@ -117,6 +118,9 @@ def plan_motion(path: Path, limits: JerkLimits, *, corner_tolerance: float = 0.0
         How corners are rounded: ``arc``, or ``clothoid``, passed at a constant speed that keeps acceleration and jerk, so
         that with `straight` of next to nothing every axis keeps its jerk all along lines and corners; sharp corners where
         that creeps longer than a stop takes are stops.
+    look_ahead : int, optional
+        Blocks (program lines) beyond the one under way that the control knows: it is never faster than a stop by their end
+        allows. As many as it needs where left out.
 
     The acceleration of an axis steps by v^2/R where a line meets an arc: `smooth_command` bounds the jerk there too.
 
@@ -132,7 +136,8 @@ def plan_motion(path: Path, limits: JerkLimits, *, corner_tolerance: float = 0.0
     if (path.feed <= 0).any():
         k = int(np.argmax(path.feed <= 0))
         fail("Path.feed", f"0 m/s on segment {k} (line {path.line[k]})", "must be above zero", remedy="program F before it")
-    from toolpoint.drives.program.planner_kernel import look_ahead, phases
+    from toolpoint.drives.program.planner_kernel import look_ahead as lower_junctions
+    from toolpoint.drives.program.planner_kernel import phases
 
     route = path.taken(path.lengths > 0)
     if corner_tolerance > 0 and route.count > 1:
@@ -149,13 +154,31 @@ def plan_motion(path: Path, limits: JerkLimits, *, corner_tolerance: float = 0.0
         # At any other junction the direction jumps: a speed above zero would be an infinite acceleration of an axis.
         meets = (route.turns() <= straight) & ~route.stop[:-1]
         junction[1:-1] = np.where(meets, np.minimum(speed_max[:-1], speed_max[1:]), 0.0)
+        if look_ahead is not None:
+            junction[1:-1] = np.minimum(junction[1:-1], _reached_speed(sight_of(route.line, length, look_ahead)[1:-1], limits))
     a, j = np.full(n, limits.acceleration), np.full(n, limits.jerk)
     times = np.zeros((n, 7))
-    look_ahead(length, speed_max, junction, a, j, steady)
+    lower_junctions(length, speed_max, junction, a, j, steady)
     # The look-ahead may have slowed a blend further: it is passed at one speed, that of its two ends.
     speed_max[steady] = junction[:-1][steady]
     phases(length, speed_max, junction, a, j, times)
     return Plan(route, frozen(times), frozen(junction), frozen(j))
+
+
+def sight_of(line: np.ndarray, length: FloatArray, blocks: int) -> FloatArray:
+    """Return how far the control sees at the start of every segment and at the end (n + 1,), in the unit of `length` (n,).
+
+    line : (n,) of the program: segments of one line in a row are a block; blocks : beyond the one under way, which at the start
+    of a block is the one before it.
+    """
+    first = np.flatnonzero(np.append(True, line[1:] != line[:-1]))
+    block = np.repeat(np.arange(first.size), np.diff(np.append(first, line.size)))
+    ends = np.concatenate([[0.0], np.cumsum(length)])
+    is_first = np.append(True, line[1:] != line[:-1])
+    last = block + blocks - is_first
+    end_of_block = ends[np.append(first[1:], line.size)]
+    sight = np.where(last >= 0, end_of_block[np.clip(last, 0, first.size - 1)], ends[:-1]) - ends[:-1]
+    return np.append(np.maximum(sight, 0.0), 0.0)
 
 
 def _soften_where_quicker(path: Path, tolerance: float, limits: JerkLimits, straight: float) -> Path:

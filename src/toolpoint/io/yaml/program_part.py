@@ -83,6 +83,7 @@ class ProgramPart(Part):
     spindle: SpindlePart = SpindlePart()
     rotary_speed: Annotated[float, StatedScalar(units.ANGULAR_SPEED, gt=0)] = float("inf")
     rotary_acceleration: Annotated[float, StatedScalar(units.ANGULAR_ACCELERATION, gt=0)] = float("inf")
+    rotary_jerk: Annotated[float, StatedScalar(units.ANGULAR_JERK, gt=0)] = float("inf")
     work: WorkPart | None = None
 
 

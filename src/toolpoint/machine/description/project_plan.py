@@ -118,9 +118,9 @@ class ProjectProgram:
     before its first F; stick_out, holder : m, 0 where not known; stick_outs : of tools by number, m; wear_only : whether radius
     compensation corrects wear alone, as the program holds the path of the tool's centre; spacing : of the dexels, m, 0 for that
     of the smallest tool. servo : whether the project's servo follows the program; part : STL file that must not be cut into.
-    work : None where it is rigid; rotary_speed, rotary_acceleration : limits of the rotary axes of five-axis programs, rad/s
-    and rad/s^2. record : of the spindle's power, torque or current; signal : its name there; efficiency : power at the tool
-    over that of the record.
+    work : None where it is rigid; rotary_speed, rotary_acceleration, rotary_jerk : limits of the rotary axes of five-axis
+    programs, rad/s, rad/s^2 and rad/s^3. record : of the spindle's power, torque or current; signal : its name there;
+    efficiency : power at the tool over that of the record.
     """
 
     program: str
@@ -146,6 +146,7 @@ class ProjectProgram:
     spindle: SpindleLimits = SpindleLimits()
     rotary_speed: float = float("inf")
     rotary_acceleration: float = float("inf")
+    rotary_jerk: float = float("inf")
     work: ProgramWork | None = None
 
 

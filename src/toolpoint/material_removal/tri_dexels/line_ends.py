@@ -10,6 +10,7 @@ import numpy as np
 from numba import njit
 
 from toolpoint._check import FloatArray, IndexArray
+from toolpoint._kernel_options import BORROWS
 from toolpoint.material_removal.tri_dexels.lines import TriWork
 from toolpoint.material_removal.tri_dexels.tool_distance import swept_distance
 
@@ -37,7 +38,7 @@ def list_line_ends(work: TriWork) -> LineEnds:
     return LineEnds(lines[:, 5], values[:, 0], values[:, 1:4], -values[:, 4:7], lines[:, :5])
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, **BORROWS)
 def _count_ends(owners, numbers):
     """Return the number of ends that have an owner."""
     total = 0
@@ -75,7 +76,7 @@ def _write_ends(work, lines, values):
                         row_number += 1
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, **BORROWS)
 def is_swept_deeper(work, steps, place, depth):
     """Whether one of some steps passes by a place with more than a depth (m) of the tool over it."""
     for k in steps:

@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from toolpoint._kernel_options import BORROWS
 from toolpoint.material_removal.tri_dexels.tool_distance import distance_at, swept_distance
 
 MAX_LINE_INTERVALS = 8  # of one line
@@ -46,7 +47,7 @@ class TriWork(NamedTuple):
     spilled: np.ndarray
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, **BORROWS)
 def motion_box(row, shape, box):
     """Write the corners (2, 3) of a box (m) about the tool along a step."""
     for i in range(3):
@@ -60,7 +61,7 @@ def motion_box(row, shape, box):
         box[1, i] = max(max(tip0, tip1), max(top0, top1)) + reach
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, **BORROWS)
 def _line_end(row, shape, place, axis, span, way):
     """Return where a line first meets the swept tool within a span, searched upwards (way 1) or downwards; not a number for
     none.
@@ -82,7 +83,7 @@ def _line_end(row, shape, place, axis, span, way):
     return math.nan
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, **BORROWS)
 def part_of_line(row, shape, place, axis, span):
     """Return the part (m) of a span of a line that the tool sweeps along a step; the second end below the first for none."""
     first = _line_end(row, shape, place, axis, span, 1)
@@ -92,7 +93,15 @@ def part_of_line(row, shape, place, axis, span):
     return (1.0, 0.0) if math.isnan(last) else (first, last)
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, inline="always")
+def _copy_interval(intervals, owners, earlier, source, target):
+    """Copy an interval of a line with its owners; by number, as a row would be copied through an array of its own."""
+    for end in range(2):
+        intervals[target, end] = intervals[source, end]
+        owners[target, end], earlier[target, end] = owners[source, end], earlier[source, end]
+
+
+@njit(cache=True, nogil=True, **BORROWS)
 def take_part(work, axis, i, j, n, part, k):
     """Take a part from interval n of a line and write its new ends' owner; return whether the interval itself is gone."""
     intervals, owners, earlier = work.intervals[axis][i, j], work.owners[axis][i, j], work.earlier[axis][i, j]
@@ -100,7 +109,7 @@ def take_part(work, axis, i, j, n, part, k):
     from_start, to_end = part[0] <= intervals[n, 0] + _MIN_PART, part[1] >= intervals[n, 1] - _MIN_PART
     if from_start and to_end:
         for m in range(n, count[i, j] - 1):
-            intervals[m], owners[m], earlier[m] = intervals[m + 1], owners[m + 1], earlier[m + 1]
+            _copy_interval(intervals, owners, earlier, m + 1, m)
         count[i, j] -= 1
         return True
     if from_start or to_end:
@@ -114,7 +123,7 @@ def take_part(work, axis, i, j, n, part, k):
         work.spilled[0] += 1
         return False
     for m in range(count[i, j], n + 1, -1):
-        intervals[m], owners[m], earlier[m] = intervals[m - 1], owners[m - 1], earlier[m - 1]
+        _copy_interval(intervals, owners, earlier, m - 1, m)
     intervals[n + 1, 0], intervals[n + 1, 1] = part[1], intervals[n, 1]
     owners[n + 1, 0], owners[n + 1, 1], earlier[n + 1, 0], earlier[n + 1, 1] = k, owners[n, 1], -1, earlier[n, 1]
     intervals[n, 1], owners[n, 1], earlier[n, 1] = part[0], k, -1
@@ -122,7 +131,7 @@ def take_part(work, axis, i, j, n, part, k):
     return False
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, **BORROWS)
 def pass_step(work, k, row, shape, room, takes, deepest):
     """Pass a tool along a step; return the volume that it meets, m^3, and the largest height above its last tip (m) there.
 

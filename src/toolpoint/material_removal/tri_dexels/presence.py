@@ -8,12 +8,13 @@ import math
 
 from numba import njit
 
+from toolpoint._kernel_options import BORROWS
 from toolpoint.material_removal.tri_dexels.tool_distance import sweeps
 
 _NEAR_ENDS = 1.6  # cells: ends of lines so near are asked for the step that made them
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, **BORROWS)
 def stock_has(work, place):
     """Whether a place (m) lies inside the stock before the first cut."""
     for i in range(3):
@@ -34,7 +35,7 @@ def stock_has(work, place):
     return inside
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, **BORROWS)
 def _is_above(triangle, place):
     """Whether the line upwards from a place crosses a triangle (3, 3)."""
     (ax, ay, az), (bx, by, bz), (cx, cy, cz) = triangle[0], triangle[1], triangle[2]
@@ -46,7 +47,7 @@ def _is_above(triangle, place):
     return u >= 0.0 and v >= 0.0 and u + v <= 1.0 and az + u * (bz - az) + v * (cz - az) > place[2]
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, **BORROWS)
 def has_material(work, place):
     """Whether there is material at a place (m) now.
 

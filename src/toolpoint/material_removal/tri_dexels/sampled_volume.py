@@ -9,6 +9,7 @@ import math
 import numpy as np
 from numba import njit
 
+from toolpoint._kernel_options import BORROWS
 from toolpoint.material_removal.tri_dexels.presence import has_material, stock_has
 
 _MIN_CELL_SAMPLES, _MAX_CELL_SAMPLES = 3, 60  # of a cell at the surface
@@ -53,7 +54,7 @@ def measure_work(work):
     return removed * cell, left * cell
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, **BORROWS)
 def _is_inside(work, i, j, z):
     """Whether the line along z through a cell has material at a height."""
     for n in range(work.numbers[2][i, j]):  # noqa: SIM110 - a generator is slower when compiled

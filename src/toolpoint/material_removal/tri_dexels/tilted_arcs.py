@@ -14,6 +14,7 @@ import math
 import numpy as np
 from numba import njit
 
+from toolpoint._kernel_options import BORROWS
 from toolpoint.material_removal.arcs import SAMPLE_ANGLE, chip_range, edge_at, edge_length
 from toolpoint.material_removal.tri_dexels.presence import has_material
 
@@ -25,7 +26,7 @@ _REACH_SHRINK_RATIO = 0.2  # of the reach, where no slice cuts
 _REACH_HALVINGS = 7  # of the slice in which the reach ends
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, **BORROWS)
 def local_feed(frame, motion, height):
     """Return the feed (m per step) of a height above the tip: across the axis along the tool's x and y, and along the axis.
 
@@ -38,7 +39,7 @@ def local_feed(frame, motion, height):
     return x, y, z
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, **BORROWS)
 def _is_cut(work, stand, way, edge, phi):
     """Whether there is material just outside the edge (height, kappa, radius) at an angle phi.
 
@@ -55,7 +56,7 @@ def _is_cut(work, stand, way, edge, phi):
     return has_material(work, place)
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, **BORROWS)
 def _slice_arcs(work, stand, way, edge, limits, arcs):
     """Write entry and exit (rad) of the arcs of one slice; return their number (those beyond the room join the last)."""
     first, last = limits[0] + _RANGE_NUDGE, limits[1] - _RANGE_NUDGE
@@ -93,7 +94,7 @@ def _keep(arcs, count, entry, leave):
     return count + 1
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, **BORROWS)
 def _arcs_at(work, stand, motion, edge, way, arcs):
     """Write the arcs of one slice, whose chip is that of its own feed; return their number."""
     x, y, z = local_feed(stand[1], motion, edge[0])
@@ -106,7 +107,7 @@ def _arcs_at(work, stand, motion, edge, way, arcs):
     return _slice_arcs(work, stand, way, edge, (first - turn, last - turn), arcs)
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, **BORROWS)
 def _lay(work, stand, motion, shape, reach, arcs):
     """Write the arcs of slices over a reach; return the largest number of arcs, and of slices up to the highest that cuts."""
     slices, arc_number_max, upper, total = arcs.shape[0], 0, 0, edge_length(reach, shape)
@@ -119,7 +120,7 @@ def _lay(work, stand, motion, shape, reach, arcs):
     return arc_number_max, upper
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, **BORROWS)
 def _way(frame, motion, height):
     """Return the unit feed across the axis at a height, along the tool's x and y; x where it goes along the axis alone."""
     x, y, _ = local_feed(frame, motion, height)
@@ -127,7 +128,7 @@ def _way(frame, motion, height):
     return (x / level, y / level) if level > 1e-15 else (1.0, 0.0)
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, **BORROWS)
 def _upper_end(work, stand, motion, shape, laid, arcs):
     """Return the height (m) at which the edge stops to cut, between the highest slice that does and the next one."""
     total, slices = edge_length(laid[0], shape), arcs.shape[0]

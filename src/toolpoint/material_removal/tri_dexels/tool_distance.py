@@ -14,6 +14,8 @@ import math
 
 from numba import njit
 
+from toolpoint._kernel_options import BORROWS
+
 MOTION_WIDTH = 13  # numbers of a row
 _STEP_BISECTIONS = 16  # halvings of a step: below 2e-5 of it
 _FLAT_SLOPE = 1e-13  # m over a step: less is rounding
@@ -57,7 +59,7 @@ def axis_at(row, share):
     return x / size, y / size, z / size
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, **BORROWS)
 def distance_at(row, shape, share, place):
     """Return the distance (m) of a place from the tool at a share of a step, its slope over the share (m), and its gradient."""
     ax, ay, az = axis_at(row, share)
@@ -81,7 +83,7 @@ def distance_at(row, shape, share, place):
     return distance, -(gx * vx + gy * vy + gz * vz), (gx, gy, gz)
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, **BORROWS)
 def swept_distance(row, shape, place):
     """Return the least distance (m) of a place from the tool over a step, the share where it is, and its gradient."""
     distance, slope, gradient = distance_at(row, shape, 0.0, place)
@@ -108,7 +110,7 @@ def swept_distance(row, shape, place):
     return distance, share, gradient
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, **BORROWS)
 def sweeps(rows, shapes, k, now, place):
     """Whether step k, or a step before or after it up to `now`, has swept a place (m)."""
     row = rows[k]

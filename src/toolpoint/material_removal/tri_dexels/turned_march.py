@@ -11,6 +11,7 @@ import numpy as np
 from numba import njit
 
 from toolpoint._check import FloatArray
+from toolpoint._kernel_options import BORROWS
 from toolpoint.material_removal.tri_dexels.lines import TriWork, pass_step
 from toolpoint.material_removal.tri_dexels.tilted_arcs import tool_arcs_at
 
@@ -93,7 +94,7 @@ def _lifted(row, lift):
     return lifted
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, **BORROWS)
 def _stock_reach(work, row):
     """Return the height (m) above the tip of the farthest corner of the stock along the axis."""
     height = 0.0

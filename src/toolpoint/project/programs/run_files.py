@@ -120,8 +120,8 @@ def run_files(files: ProgramFiles, settings: Mapping[str, Any], dynamics: Machin
 
 
 def _rotary(settings: Mapping[str, Any]) -> dict[str, float]:
-    """Return the limits of the rotary axes that are given, rad/s and rad/s^2."""
-    names = ("rotary_speed", "rotary_acceleration")
+    """Return the limits of the rotary axes that are given, rad/s, rad/s^2 and rad/s^3."""
+    names = ("rotary_speed", "rotary_acceleration", "rotary_jerk")
     return {name: value for name, value in zip(names, settings["rotary"], strict=True) if value is not None}
 
 

@@ -36,7 +36,7 @@ def program_settings(program: ProjectProgram, project: ProjectDescription) -> di
             "stick_outs": list(program.stick_outs.items()), "wear_only": program.wear_only, "holder": program.holder,
             "spacing": program.spacing, "signal": program.signal, "efficiency": program.efficiency, "spindle": spindle,
             "rotary": [value if math.isfinite(value) else None
-                       for value in (program.rotary_speed, program.rotary_acceleration)],
+                       for value in (program.rotary_speed, program.rotary_acceleration, program.rotary_jerk)],
             "work": None if program.work is None else {**asdict(program.work), "responses": list(program.work.responses)}}
 
 
@@ -72,7 +72,8 @@ def program_command(program: ProjectProgram, project: ProjectDescription, source
         words += ["--stick-out-of", f"{number}={1e3 * length:.9g}"]
     words += ["--wear-only"] if program.wear_only else []
     words += [*_spindle_words(program), *_work_words(program.work)]
-    limits = {"--rotary-speed": program.rotary_speed, "--rotary-acceleration": program.rotary_acceleration}
+    limits = {"--rotary-speed": program.rotary_speed, "--rotary-acceleration": program.rotary_acceleration,
+              "--rotary-jerk": program.rotary_jerk}
     words += [word for name, value in limits.items() if math.isfinite(value) for word in (name, f"{math.degrees(value):.9g}")]
     files = {"--part": program.part, "--record": program.record, "--drives": project.servo if program.servo else None}
     words += [word for name, file in files.items() if file is not None for word in (name, file)]

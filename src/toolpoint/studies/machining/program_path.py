@@ -163,7 +163,7 @@ def _feeds(path: Path, setup: MachiningSetup) -> tuple[FloatArray, FloatArray, s
     if setup.planned is None:
         time = lengths / np.where(path.feed > 0, path.feed, 1.0) + path.dwell
         return path.feed, time, "feeds are those programmed: no limits of acceleration and jerk are given"
-    plan = plan_motion(path, setup.planned)
+    plan = plan_motion(path, setup.planned, look_ahead=setup.look_ahead)
     time, feed, moving = np.zeros(path.count), path.feed.copy(), lengths > 0
     phases = np.asarray(plan.times)
     time[moving] = phases.sum(axis=1)
@@ -172,7 +172,14 @@ def _feeds(path: Path, setup: MachiningSetup) -> tuple[FloatArray, FloatArray, s
     limits = setup.planned
     return feed, time + path.dwell, (f"feeds are the largest of each block by the planner (speed {60e3 * limits.speed:g} "
                                      f"mm/min, "
-                                     f"{limits.acceleration:g} m/s^2, {limits.jerk:g} m/s^3)")
+                                     f"{limits.acceleration:g} m/s^2, {limits.jerk:g} m/s^3; {sight_words(setup.look_ahead)})")
+
+
+def sight_words(look_ahead: int | None) -> str:
+    """Return what is taken of the control's look-ahead, in words."""
+    if look_ahead is None:
+        return "the control is taken to look ahead as far as it needs: give `look_ahead`, the number of blocks that it knows"
+    return f"the control looks {look_ahead} block{'s' if look_ahead != 1 else ''} ahead"
 
 
 def find_speed_lines(laid: ProgramPath, text: str) -> dict[int, list[int]]:

@@ -126,7 +126,8 @@ def run_program(program: ParsedProgram, setup: MachiningSetup, dynamics: Machine
             poses = [poses[k] for k in chosen.tolist()]
             doubts += [*question_lines(poses[0].response, course.dynamics), *course.doubts]
             notes += course.notes
-        solver = StabilitySolver(setup, poses, tips or ToolTips(), () if course is None else yielding)
+        solver = StabilitySolver(setup, poses, tips or ToolTips(), () if course is None else yielding,
+                                 None if course is None else course.mode_errors)
         isotropic = solver.is_isotropic
         notes += solver.tips.notes(poses, laid.numbers)
         doubts += solver.tips.doubts(setup, laid.numbers, poses[0])
@@ -234,6 +235,11 @@ def margin_doubts(margins: PlaceMargins, arcs: PlaceArcs) -> list[Doubt]:
                                          f"where blocks "
                             "were solved by themselves", "blocks with more in hand than that are judged well",
                             figure=margins.grouping))
+    with np.errstate(invalid="ignore"):
+        is_open = np.abs(margins.limit - arcs.depth) <= margins.error
+    if is_open.any():
+        doubts.append(Doubt("verdict", f"at {int(is_open.sum())} of {is_open.size} places the depth lies within the stated "
+                            "error of its limit", "cut with more in hand, or lower the error", figure=float(is_open.mean())))
     return doubts
 
 

@@ -93,8 +93,10 @@ class MachiningSetup:
         Triangles of the part that must not be cut into, m; none where empty.
     planned : JerkLimits, optional
         Of the set points: speed, acceleration and jerk along the path; with them feeds are those of the planner.
-    rotary_speed, rotary_acceleration : float
-        Limits of the rotary axes of five-axis programs, rad/s and rad/s^2; infinite where not known.
+    rotary_speed, rotary_acceleration, rotary_jerk : float
+        Limits of the rotary axes of five-axis programs, rad/s, rad/s^2 and rad/s^3; infinite where not known.
+    look_ahead : int, optional
+        Blocks that the control knows beyond the one under way; that of `drives` where left out, else as many as it needs.
     drives : DriveDescription, optional
         Servo of the axes: it follows the program under the cutting forces. Its limits are the planner's where `planned` is
         left out.
@@ -126,6 +128,8 @@ class MachiningSetup:
     drives: DriveDescription | None = None
     rotary_speed: float = float("inf")
     rotary_acceleration: float = float("inf")
+    rotary_jerk: float = float("inf")
+    look_ahead: int | None = None
     raises_speed: bool = False
 
     def __post_init__(self) -> None:
@@ -134,9 +138,16 @@ class MachiningSetup:
             object.__setattr__(self, "planned", JerkLimits(limits.speed, limits.acceleration, limits.jerk))
         if self.spacing:
             positive("spacing", self.spacing, 0.1)
-        for name in ("rotary_speed", "rotary_acceleration"):
+        if self.look_ahead is None and self.drives is not None:
+            object.__setattr__(self, "look_ahead", self.drives.look_ahead)
+        if self.look_ahead is not None and self.look_ahead < 0:
+            fail("look_ahead", f"{self.look_ahead} blocks", "must be at least 0")
+        for name in ("rotary_speed", "rotary_acceleration", "rotary_jerk"):
             if not getattr(self, name) > 0:
                 fail(name, f"{getattr(self, name):g}", "must be above zero")
+        if np.isfinite(self.rotary_jerk) and not np.isfinite(self.rotary_acceleration):
+            fail("rotary_jerk", f"{self.rotary_jerk:g} rad/s^3", "needs a limit of acceleration, too",
+                 remedy="give `rotary_acceleration`")
         for number, cut in {0: self.cut, **self.cuts}.items():
             tool_of(cut), coefficients_of(cut)  # faults of a cut are told before any work
             flute = cut.tool.flute_length

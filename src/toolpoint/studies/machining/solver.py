@@ -15,6 +15,7 @@ from toolpoint.studies.cuts.tool_dynamics import ToolDynamics
 from toolpoint.studies.cuts.work_dynamics import with_work
 from toolpoint.studies.machines.reduced_limits import estimate_of, question_reduction
 from toolpoint.studies.machines.tool_point import milling_problem
+from toolpoint.studies.machining.mesh_share import MeshError, widen_by_mesh
 from toolpoint.studies.machining.setup import MachiningSetup
 from toolpoint.studies.machining.tool_tips import ToolTips
 from toolpoint.vibration import Frf
@@ -30,13 +31,15 @@ class StabilitySolver:
     """Solver of single cuts; the problem of each tool and pose is kept.
 
     dynamics : of every pose; tips : of tools that have a response of their own; work : of the work at every pose where it gives
-    way, none where it is rigid.
+    way, none where it is rigid; mesh_error : of the frequencies of the work, where
+    it is known.
     """
 
     setup: MachiningSetup
     dynamics: Sequence[ToolDynamics]
     tips: ToolTips = field(default_factory=ToolTips)
     work: Sequence[ToolDynamics] = ()
+    mesh_error: MeshError | None = None
 
     def __post_init__(self) -> None:
         self._tips: dict[tuple[int, int], ToolDynamics] = {}
@@ -49,6 +52,8 @@ class StabilitySolver:
         """Key of this solver among others: the cuts and the dynamics of every pose."""
         digest = hashlib.sha256(repr((CONTENT_VERSION, self.setup.cut, sorted(self.setup.cuts.items()),
                                      self.tips.identity)).encode())
+        if self.mesh_error is not None:
+            digest.update(np.stack([self.mesh_error.frequency, self.mesh_error.error]).tobytes())
         for each in (*self.dynamics, *self.work):
             response = each.response
             arrays = (response.frequency, response.values) if isinstance(response, Frf) else (
@@ -87,11 +92,14 @@ class StabilitySolver:
 
     def chart(self, tool: int, pose: int, arc: tuple[float, float], *, angle: float, speeds: FloatArray, depth: float
               ) -> StabilityChart:
-        """Return the chart of a cut up to several times its depth; its errors hold the reduction of elastic bodies."""
+        """Return the chart of a cut up to several times its depth; its errors hold the reduction of elastic bodies and the
+        mesh of the work."""
         problem = self.problem(tool, pose).changed(engagement=Engagement(*arc), feed_angle=angle)
         self.solutions += len(speeds)
         deepest = max(SEARCHED_DEPTH_RATIO * depth, MIN_SEARCHED_DEPTH)
         chart = stability.chart(problem, speeds, depth_max=deepest)
+        if self.work and self.mesh_error is not None:
+            chart = widen_by_mesh(chart, problem, self.work[pose], error=self.mesh_error, depth=depth)
         dynamics = self.dynamics_of(tool, pose)
         machine, place = dynamics.machine, dynamics.pose
         if (tool, pose) not in self._estimates:

@@ -210,7 +210,8 @@ def run_drives(
 def set_points_of(path: Path, drives: DriveDescription, servo: Servo) -> tuple[Command, FloatArray]:
     """Return the set points of X, Y, Z, and the arc length of each along the programmed path (m)."""
     limits = JerkLimits(drives.limits.speed, drives.limits.acceleration, drives.limits.jerk)
-    plan = plan_motion(path, limits, corner_tolerance=drives.corner_tolerance, corner=drives.corner)
+    plan = plan_motion(path, limits, corner_tolerance=drives.corner_tolerance, corner=drives.corner,
+                       look_ahead=drives.look_ahead)
     if plan.duration > _MAX_PROGRAM_DURATION:
         raise ToolpointError(f"drive: the program lasts {plan.duration:.4g} s; at most {_MAX_PROGRAM_DURATION:g} s are "
                              f"simulated in one "

@@ -9,6 +9,7 @@ import numpy as np
 
 from toolpoint._check import FloatArray
 from toolpoint._inner_kernels import inner_njit
+from toolpoint._kernel_options import BORROWS
 from toolpoint.cutting.stability.panels.records import Walls
 
 TURN = 2 * math.pi
@@ -36,7 +37,7 @@ def limits(entry: float, leave: float, ratio: float) -> tuple[float, float]:
             math.acos(max(-1.0, min(1.0, math.cos(leave) * ratio))))
 
 
-@inner_njit(cache=True, nogil=True)
+@inner_njit(cache=True, nogil=True, **BORROWS)
 def beyond_walls(angle: float, slope: float, u: float, walls: Walls, out: FloatArray) -> None:
     """Write how far the edge at length u (m) is beyond its entry and before its exit, rad, into out (2,).
 
@@ -49,7 +50,7 @@ def beyond_walls(angle: float, slope: float, u: float, walls: Walls, out: FloatA
     out[0], out[1] = phi - a, b - phi
 
 
-@inner_njit(cache=True, nogil=True)
+@inner_njit(cache=True, nogil=True, **BORROWS)
 def wall_length(angle: float, slope: float, span: tuple[float, float], values: tuple[float, float], wall: int, walls: Walls,
                 room: FloatArray) -> tuple[float, float]:
     """Return the edge lengths on the side of the first and of the last end of a span between which the edge meets a wall, equal
@@ -91,34 +92,44 @@ def wall_length(angle: float, slope: float, span: tuple[float, float], values: t
     return b, a
 
 
-@inner_njit(cache=True, nogil=True)
-def tooth_pieces(angle: float, slope: float, marks: FloatArray, walls: Walls, out: FloatArray) -> int:
+@inner_njit(cache=True, nogil=True, **BORROWS)
+def mark_walls(marks: FloatArray, walls: Walls, out: FloatArray) -> None:
+    """Write (marks, 4): height (m), entry and exit (rad) at every mark, and the height in the middle before it.
+
+    No rotation changes them, so a layout of hundreds of nodes takes them once.
+    """
+    for g in range(marks.size):
+        out[g, 0], _, r = place(marks[g], walls.corner, walls.radius)
+        out[g, 1], out[g, 2] = limits(walls.entry, walls.leave, walls.radius / max(r, 1e-9 * walls.radius))
+        out[g, 3] = place(0.5 * (marks[g - 1] + marks[g]), walls.corner, walls.radius)[0] if g > 0 else out[g, 0]
+
+
+@inner_njit(cache=True, nogil=True, **BORROWS)
+def tooth_pieces(angle: float, slope: float, marks: tuple[FloatArray, FloatArray], walls: Walls, room: FloatArray,
+                 out: FloatArray) -> int:
     """Write the pieces of the edge (u from, to, m) in cut when its tip is at `angle` (rad) into out (pieces, 2); return their
     number.
 
-    slope : lag over height, rad/m; marks : edge lengths between which pieces are looked for, m.
-
     Between marks entry and exit pass along the edge one way each, so each bounds a piece at one end at most.
+    slope : lag over height, rad/m; marks : edge lengths (m), and the walls there (`mark_walls`); room : (3, 2) to work in.
     """
-    number = 0
-    ends = np.empty((2, 2))
-    middle = np.empty(2)
-    for g in range(1, marks.size):
-        a, b = marks[g - 1], marks[g]
-        z = place(0.5 * (a + b), walls.corner, walls.radius)[0]
+    number, (lengths, at_marks) = 0, marks
+    for g in range(1, lengths.size):
+        a, b = lengths[g - 1], lengths[g]
         # The turn in which the piece lies around pi/2: no wrap is near the cut then.
-        unwrapped = angle - TURN * np.rint((angle - slope * z - 0.5 * math.pi) / TURN)
-        beyond_walls(unwrapped, slope, a, walls, ends[0])
-        beyond_walls(unwrapped, slope, b, walls, ends[1])
+        unwrapped = angle - TURN * np.rint((angle - slope * at_marks[g, 3] - 0.5 * math.pi) / TURN)
+        for end in range(2):
+            phi = unwrapped - slope * at_marks[g - 1 + end, 0]
+            room[end, 0], room[end, 1] = phi - at_marks[g - 1 + end, 1], at_marks[g - 1 + end, 2] - phi
         lower, upper = a, b
         for wall in range(2):
-            first, last = ends[0, wall] > 0, ends[1, wall] > 0
+            first, last = room[0, wall] > 0, room[1, wall] > 0
             if first and last:
                 continue
             if not first and not last:
                 upper = lower
                 break
-            x, y = wall_length(unwrapped, slope, (a, b), (ends[0, wall], ends[1, wall]), wall, walls, middle)
+            x, y = wall_length(unwrapped, slope, (a, b), (room[0, wall], room[1, wall]), wall, walls, room[2])
             if first:
                 upper = min(upper, x)
             else:

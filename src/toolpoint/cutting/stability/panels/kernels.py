@@ -21,7 +21,8 @@ import numpy as np
 
 from toolpoint._check import BoolArray, ComplexArray, FloatArray, IndexArray
 from toolpoint._inner_kernels import inner_njit
-from toolpoint.cutting.stability.panels.edge_walls import TURN, tooth_pieces
+from toolpoint._kernel_options import BORROWS
+from toolpoint.cutting.stability.panels.edge_walls import TURN, mark_walls, tooth_pieces
 from toolpoint.cutting.stability.panels.records import (
     EdgeLaw,
     EdgeLines,
@@ -42,26 +43,32 @@ MAX_PRODUCT_DECAY = 300.0
 SUMS = {"reassoc", "contract", "nsz"}  # sums in any order, so that they vectorise; what is infinite or no number stays so
 
 
-@nb.njit(cache=True, nogil=True)
+@nb.njit(cache=True, nogil=True, **BORROWS)
 def directions(phi: float, kappa: float, law: EdgeLaw, cut: FloatArray, drag: FloatArray) -> None:
     """Write k n^T and (n + mu t) n^T of an edge element."""
-    directions_of(math.sin(phi), math.cos(phi), (math.sin(kappa), math.cos(kappa)), law, cut, drag)
+    directions_of(math.sin(phi), math.cos(phi), (math.sin(kappa), math.cos(kappa)), numbers_of(law), cut, drag)
 
 
 @nb.njit(cache=True, nogil=True, inline="always")
-def directions_of(s: float, c: float, leaning: tuple[float, float], law: EdgeLaw, cut: FloatArray, drag: FloatArray) -> None:
-    """Write what `directions` does from sine and cosine of phi, and of kappa (`leaning`)."""
+def numbers_of(law: EdgeLaw) -> tuple[float, float, float, float]:
+    """Return the numbers of a law: read once a layout, not at every place on an edge."""
+    return law.material[0], law.material[1], law.material[2], law.friction
+
+
+@nb.njit(cache=True, nogil=True, inline="always", **BORROWS)
+def directions_of(s: float, c: float, leaning: tuple[float, float], numbers: tuple[float, float, float, float], cut: FloatArray,
+                  drag: FloatArray) -> None:
+    """Write what `directions` does from sine and cosine of phi, and of kappa (`leaning`), and the numbers of the law."""
     sk, ck = leaning
+    tangential, normal, axial, friction = numbers
     n = (s * sk, c * sk, -ck)
     t = (c, -s, 0.0)
     m = (-s * ck, -c * ck, -sk)
     for a in range(cut.shape[0]):
-        k = 0.0
-        for part, vector in enumerate((t, n, m)):
-            k += law.material[part] * vector[a]
+        k = tangential * t[a] + normal * n[a] + axial * m[a]
         for b in range(cut.shape[0]):
             cut[a, b] = k * n[b]
-            drag[a, b] = (n[a] + law.friction * t[a]) * n[b]
+            drag[a, b] = (n[a] + friction * t[a]) * n[b]
 
 
 @inner_njit(cache=True, nogil=True)
@@ -71,16 +78,26 @@ def lay(angle: FloatArray, edges: EdgeLines, walls: Walls, law: EdgeLaw, gx: Flo
     Where delays do not change with height all points of a tooth's edge share one entry. Returns the number of entries, -1 where
     they do not fit.
     """
+    d = laid.now.shape[1]
+    at_marks = np.empty((edges.marks.size, 4))
+    mark_walls(edges.marks, walls, at_marks)
+    room = np.empty((d, d)), np.empty((d, d)), np.empty((2 * edges.marks.size, 2)), np.empty((3, 2)), at_marks
+    return _lay_nodes(angle, edges, walls, numbers_of(law), (gx, gw), room, laid)
+
+
+@inner_njit(cache=True, nogil=True, **BORROWS)
+def _lay_nodes(angle: FloatArray, edges: EdgeLines, walls: Walls, numbers: tuple[float, float, float, float],
+               rule: tuple[FloatArray, FloatArray], room: tuple[FloatArray, ...], laid: LaidCut) -> int:
+    """Lay the cut as `lay` does; numbers : of the law; rule : gx, gw; room : to work in, the last the walls at the marks."""
     start, slope, tip_delay, delay_slope = edges.start, edges.slope, edges.tip_delay, edges.delay_slope
     now, drag, first, matrix, entry_delay = laid.now, laid.drag, laid.first, laid.matrix, laid.entry_delay
-    d = now.shape[1]
-    cut, push = np.empty((d, d)), np.empty((d, d))
-    pieces = np.empty((2 * edges.marks.size, 2))
-    used, rounded = 0, 0.5 * math.pi * walls.corner
+    cut, push, pieces, ends, at_marks = room
+    gx, gw = rule
+    d, used, rounded = now.shape[1], 0, 0.5 * math.pi * walls.corner
     for i in range(angle.size):
         first[i] = used
         for j in range(start.size):
-            number = tooth_pieces(angle[i] - start[j], slope[j], edges.marks, walls, pieces)
+            number = tooth_pieces(angle[i] - start[j], slope[j], (edges.marks, at_marks), walls, ends, pieces)
             has_entry = False
             for p in range(number):
                 a, b = pieces[p, 0], pieces[p, 1]
@@ -94,7 +111,7 @@ def lay(angle: FloatArray, edges: EdgeLines, walls: Walls, law: EdgeLaw, gx: Flo
                         leaning = 1.0, 0.0
                         z = walls.corner + (u - rounded)
                     phi = angle[i] - start[j] - slope[j] * z
-                    directions_of(math.sin(phi), math.cos(phi), leaning, law, cut, push)
+                    directions_of(math.sin(phi), math.cos(phi), leaning, numbers, cut, push)
                     if edges.spread or not has_entry:
                         if used >= matrix.shape[0]:
                             return -1
@@ -116,7 +133,7 @@ def lay(angle: FloatArray, edges: EdgeLines, walls: Walls, law: EdgeLaw, gx: Flo
     return used
 
 
-@inner_njit(cache=True, nogil=True)
+@inner_njit(cache=True, nogil=True, **BORROWS)
 def look_back(angle: FloatArray, first: IndexArray, entry_delay: FloatArray, nodes: PanelNodes, needed: BoolArray,
               entries: LookBack) -> None:
     """Find the panel of every delayed angle and its interpolation row: `entries` (`LookBack`) are filled, and `needed` marks
@@ -274,7 +291,7 @@ def inverses(operator: PeriodOperator) -> None:
                 out[p, i, j] = solved[i, j]
 
 
-@inner_njit(cache=True, nogil=True, fastmath=SUMS)
+@inner_njit(cache=True, nogil=True, fastmath=SUMS, **BORROWS)
 def product(matrix: FloatArray, vector: FloatArray, size: int, out: FloatArray) -> None:
     """Write the product of a real matrix and the first `size` numbers of a vector, as many rows as `out` has."""
     for i in range(out.size):

@@ -47,11 +47,17 @@ def rising_table(kinds: tuple[int, ...]) -> FloatArray:
 
 
 @lru_cache(maxsize=64)
+def _legendre_at_gauss(n: int) -> FloatArray:
+    """Return the Legendre polynomials at n Gauss nodes, (n, n), row k holds P_k."""
+    return np.polynomial.legendre.legvander(gauss(n)[0], n - 1).T
+
+
+@lru_cache(maxsize=64)
 def legendre_table(kinds: tuple[int, ...]) -> FloatArray:
     """Return the Legendre polynomials at the Gauss nodes of every kind, padded: (kinds, n, n), row k holds P_k."""
     out = np.zeros((len(kinds), max(kinds), max(kinds)))
     for place_, n in enumerate(kinds):
-        out[place_, :n, :n] = np.polynomial.legendre.legvander(gauss(n)[0], n - 1).T
+        out[place_, :n, :n] = _legendre_at_gauss(n)
     return out
 
 

@@ -225,6 +225,7 @@ def find_rounded_corners(setup: MachiningSetup, laid: ProgramPath) -> list[str]:
         return []
     limits = setup.planned
     assert limits is not None
-    time = plan_motion(laid.path, limits, corner_tolerance=drives.corner_tolerance, corner=drives.corner).duration
+    time = plan_motion(laid.path, limits, corner_tolerance=drives.corner_tolerance, corner=drives.corner,
+                       look_ahead=drives.look_ahead).duration
     return [f"loads are those of stops at corners; with corners rounded by {1e6 * drives.corner_tolerance:.3g} µm the program "
             f"moves for {time:.1f} s"]

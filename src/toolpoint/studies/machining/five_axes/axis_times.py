@@ -8,10 +8,12 @@ import numpy as np
 
 from toolpoint._check import FloatArray
 from toolpoint._doubt import Doubt
-from toolpoint.drives.program.axis_limits import AxisTimes, plan_within_axes
+from toolpoint.drives.program.axis_jerk import STATED_EXCESS, AxisMotion, MotionBounds, longest_window, move_within_axes
+from toolpoint.drives.program.axis_limits import AxisTimes, plan_within_axes, sight_ceiling
 from toolpoint.drives.program.path import Path
 from toolpoint.studies.machining.five_axes.axis_course import AxisCourse
 from toolpoint.studies.machining.five_axes.turned_path import TurnedPath
+from toolpoint.studies.machining.program_path import sight_words
 from toolpoint.studies.machining.setup import MachiningSetup
 
 DEFAULT_CORNER_TOLERANCE = 1e-5  # m, by which linear axes round corners between blocks
@@ -28,7 +30,7 @@ class StepTimes:
     """
 
     nominal: FloatArray
-    plan: AxisTimes | None
+    plan: AxisTimes | AxisMotion | None
     words: str
     stops: np.ndarray
 
@@ -49,22 +51,50 @@ def plan_steps(path: Path, turned: TurnedPath, course: AxisCourse | None, *, set
     way = np.where(lengths > 0, lengths, turned.turn)
     time = way / np.where(path.feed > 0, path.feed, 1.0) / np.maximum(turned.steps, 1)
     nominal = time[turned.moves.block]
-    limits, turn = setup.planned, (setup.rotary_speed, setup.rotary_acceleration)
+    limits, turn = setup.planned, (setup.rotary_speed, setup.rotary_acceleration, setup.rotary_jerk)
     stops = _stops(path, turned)
     if course is None or not nominal.size or (limits is None and not np.isfinite(turn).any()):
         return StepTimes(nominal, None, "feeds are those programmed, at the tip; loads take the feed of the middle of the "
                          "cutting edge; limits of axes and of their accelerations are not in the times", stops)
-    linear = (np.inf, np.inf) if limits is None else (limits.speed, limits.acceleration)
+    linear = (np.inf, np.inf, np.inf) if limits is None else (limits.speed, limits.acceleration, limits.jerk)
     tolerance = (setup.drives.corner_tolerance if setup.drives is not None else 0.0) or DEFAULT_CORNER_TOLERANCE
-    speed, acceleration = (np.array([linear[k]] * 3 + [turn[k]] * 3) for k in (0, 1))
-    plan = plan_within_axes(course.positions, nominal, speed=speed, acceleration=acceleration, stops=stops,
-                            corner_tolerance=np.array([tolerance] * 3 + [CORNER_TURN] * 3))
-    words = ", ".join(f"{name} {1e3 * linear[0] * 60:g} mm/min, {linear[1]:g} m/s^2" for name in ("X, Y, Z",)
-                      if np.isfinite(linear).any())
-    turned_words = f"A, B, C {np.degrees(turn[0]):g} °/s, {np.degrees(turn[1]):g} °/s^2"
+    bounds = MotionBounds(*(np.array([linear[k]] * 3 + [turn[k]] * 3) for k in range(3)))
+    plan = _plan(course.positions, nominal, bounds, stops=stops, tolerance=np.array([tolerance] * 3 + [CORNER_TURN] * 3),
+                 line=path.line[turned.moves.block], look_ahead=setup.look_ahead)
+    words = [_words("X, Y, Z", *linear, scale=1e3, unit="mm")] if limits is not None else []
+    words += [_words("A, B, C", *turn, scale=180 / np.pi, unit="°")]
     return StepTimes(nominal, plan, "feeds are the largest of each block within the limits of each axis ("
-                     f"{'; '.join(part for part in (words, turned_words) if part)}), corners between blocks rounded by "
-                     f"{1e6 * tolerance:g} µm and {1e3 * CORNER_TURN:g} mrad; jerk is not bounded", stops)
+                     f"{'; '.join(words)}), corners between blocks rounded by {1e6 * tolerance:g} µm and {1e3 * CORNER_TURN:g} "
+                     f"mrad{_jerk_words(plan)}; {sight_words(setup.look_ahead)}", stops)
+
+
+def _plan(position: FloatArray, nominal: FloatArray, bounds: MotionBounds, *, stops: np.ndarray, tolerance: FloatArray,
+          line: np.ndarray, look_ahead: int | None) -> AxisTimes | AxisMotion:
+    """Return the times within speed and acceleration, and within the jerk of the axes that have one."""
+    has_jerk = bool(np.isfinite(bounds.jerk).any())
+    options = {"stops": stops, "corner_tolerance": tolerance}
+    ceiling = None if look_ahead is None else sight_ceiling(
+        position, nominal, speed=bounds.speed, acceleration=bounds.acceleration, line=line, blocks=look_ahead,
+        window=longest_window(bounds) if has_jerk else 0.0, **options)
+    if has_jerk:
+        return move_within_axes(position, nominal, bounds, ceiling=ceiling, **options)
+    return plan_within_axes(position, nominal, speed=bounds.speed, acceleration=bounds.acceleration, ceiling=ceiling, **options)
+
+
+def _words(name: str, speed: float, acceleration: float, jerk: float, *, scale: float, unit: str) -> str:
+    """Return the limits of axes in words; those that are not known are left out."""
+    numbers = [(speed * scale * (60 if unit == "mm" else 1), f"{unit}/min" if unit == "mm" else f"{unit}/s"),
+               (acceleration * scale, f"{unit}/s^2"), (jerk * scale, f"{unit}/s^3")]
+    stated = [f"{value:g} {each}" for value, each in numbers if np.isfinite(value)]
+    return f"{name} {', '.join(stated)}" if stated else f"{name} none"
+
+
+def _jerk_words(plan: AxisTimes | AxisMotion) -> str:
+    if isinstance(plan, AxisTimes):
+        return "; jerk is not bounded"
+    excess = 100 * STATED_EXCESS
+    free = "" if np.isfinite(plan.limits.jerk).all() else "; jerk is not bounded of axes without a limit of it"
+    return f"; no axis passes its speed, acceleration or jerk by more than {excess:g} %{free}"
 
 
 def _stops(path: Path, turned: TurnedPath) -> np.ndarray:

@@ -16,6 +16,7 @@ from toolpoint.drives.accuracy.lag import delay, estimate_lag
 from toolpoint.drives.build import build_servo
 from toolpoint.drives.controller.servo import Servo
 from toolpoint.drives.description import DriveDescription
+from toolpoint.drives.program.axis_jerk import AxisMotion
 from toolpoint.drives.program.command import Command
 from toolpoint.drives.simulation.simulate import ServoResult
 from toolpoint.machine import Machine
@@ -36,6 +37,7 @@ from toolpoint.studies.servos.drive_structure import structure_of
 
 AXIS_LETTERS = LINEAR_LETTERS + "".join(ROTARY_LETTERS)
 _GAP_TIME, _GAP_SPEED = 0.3, 0.5  # s and m/s (rad/s): of moves between steps whose way is not known
+MIN_KNOT_GAP = 1e-9  # s, between two knots of set points: nearer ones are one
 _NO_SAMPLES = np.zeros(0)
 
 
@@ -137,6 +139,8 @@ def _lay_time(laid: ProgramPath, course: AxisCourse, times: StepTimes) -> _Timel
     pause = np.where(gap > 1e-9, _GAP_TIME + gap / _GAP_SPEED, 0.0)
     ends_block = np.append(block[1:] != block[:-1], True)
     dwell = np.where(ends_block, path.dwell[block], 0.0)
+    if isinstance(times.plan, AxisMotion):
+        return _knots_of_motion(times.plan, pause, dwell)
     ratio = np.ones(len(begin) + 1) if times.plan is None else times.plan.ratio
     # Where the tool stops the knots have no speed, whatever the steps beside them have.
     ratio = np.where(times.stops == 2, 0.0, ratio)
@@ -151,13 +155,42 @@ def _lay_time(laid: ProgramPath, course: AxisCourse, times: StepTimes) -> _Timel
     step = np.stack([np.full(len(begin), -1), np.arange(len(begin)), np.full(len(begin), -1)], axis=1)
     flat_time = time.ravel()
     # A spline takes no knot twice: without a pause or dwell the three knots of a step are one or two.
-    kept = np.append(True, np.diff(flat_time) > 1e-9)
+    kept = np.append(True, np.diff(flat_time) > MIN_KNOT_GAP)
     first = np.zeros(1)
     start = flat_time[0] > 0
     return _Timeline(np.concatenate([first, flat_time[kept]]) if start else flat_time[kept],
                      np.concatenate([begin[:1], position.reshape(-1, 6)[kept]]) if start else position.reshape(-1, 6)[kept],
                      np.concatenate([np.zeros((1, 6)), speed.reshape(-1, 6)[kept]]) if start else speed.reshape(-1, 6)[kept],
                      np.concatenate([[-1], step.ravel()[kept]]) if start else step.ravel()[kept])
+
+
+def _knots_of_motion(motion: AxisMotion, pause: FloatArray, dwell: FloatArray) -> _Timeline:
+    """Return the knots of a motion within jerks: its law's, its joints, and rests before (`pause`) and behind steps (s)."""
+    count = motion.times.size
+    joint = np.concatenate([[0.0], np.cumsum(motion.times)])
+    step = np.clip(np.searchsorted(joint, motion.time, side="right") - 1, 0, count - 1)
+    is_inside = (motion.time > joint[step] + MIN_KNOT_GAP) & (motion.time < joint[step + 1] - MIN_KNOT_GAP)
+    numbers = np.arange(count)
+    # Three kinds of knots: starts of steps, which end a rest, those inside, and ends of steps.
+    late = np.cumsum(pause) + np.concatenate([[0.0], np.cumsum(dwell[:-1])])
+    law_time = np.concatenate([joint[:-1], motion.time[is_inside], joint[1:]])
+    owner = np.concatenate([numbers, step[is_inside], numbers])
+    position, speed, _, _ = motion.sample(law_time)
+    speed[:count][np.append(False, dwell[:-1] > 0)] = 0.0
+    label = np.concatenate([np.full(count, -1), owner[count:]])
+    time = law_time + late[owner]
+    waits = np.flatnonzero(dwell > 0)
+    end = speed.shape[0] - count + waits
+    speed[end] = 0.0
+    rows = [(np.concatenate([time, time[end] + dwell[waits]]), np.concatenate([position, position[end]]),
+             np.concatenate([speed, speed[end]]), np.concatenate([label, np.full(waits.size, -1)]))]
+    if time[0] > MIN_KNOT_GAP:
+        rows.insert(0, (np.zeros(1), position[:1], np.zeros((1, position.shape[1])), np.full(1, -1)))
+    all_time, all_position, all_speed, all_labels = (np.concatenate(column) for column in zip(*rows, strict=True))
+    # A step's end goes before the next one's start, so that the knot that is kept names the step.
+    order = np.lexsort((-all_labels, np.round(all_time / MIN_KNOT_GAP)))
+    kept = order[np.append(True, np.diff(all_time[order]) > MIN_KNOT_GAP)]
+    return _Timeline(all_time[kept], all_position[kept], all_speed[kept], all_labels[kept])
 
 
 def _command(timeline: _Timeline, columns: list[int], sample_time: float) -> Command:

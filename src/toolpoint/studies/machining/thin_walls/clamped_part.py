@@ -21,6 +21,7 @@ from toolpoint.spatial.rotation import from_euler, skew
 DEFAULT_STAGE_CHANGE = 0.05  # relative change of a natural frequency from one stage to the next
 COARSE_MESH_RATIO = 1.5  # of the mesh beside which a casting's own is judged
 _MAX_COARSE_SHARE = 0.8  # of a part's elements, that a coarser mesh may have: with more it tells nothing
+_MAX_FINE_ELEMENTS = 20_000  # of a finer mesh
 _CHANGE_RANGE = (0.002, 0.5)
 
 
@@ -59,8 +60,9 @@ class ClampedPart:
         Of all modes; from the materials' loss factors where 0.
     stage_change : float
         Relative change of one of the lowest natural frequencies at which a new stage begins.
-    coarse : SolidModel, optional
-        The same part in a coarser mesh (`COARSE_MESH_RATIO`): what the mesh errs by is estimated from it.
+    compared : SolidModel, optional
+        The same part in a coarser mesh (`COARSE_MESH_RATIO`), or a finer one where no coarser one differs: what the mesh
+        errs by is estimated from it.
     name : str
     doubts : sequence of Doubt
         Of its file: what of it is not taken.
@@ -84,7 +86,7 @@ class ClampedPart:
     held: tuple[SolidPlace, ...]
     damping_ratio: float = 0.0
     stage_change: float = DEFAULT_STAGE_CHANGE
-    coarse: SolidModel | None = None
+    compared: SolidModel | None = None
     name: str = "the part"
     doubts: tuple[Doubt, ...] = ()
     springs: tuple[ClampSpring, ...] = ()
@@ -165,19 +167,26 @@ def describe_part(description: MachineDescription, held: Sequence[str], *, dampi
             springs.append(_spring(place, *joints[each]))
         else:
             places.append(place)
-    coarse = None
+    model, compared = described.model, None
     if isinstance(described, ElasticDescription) and isinstance(described.casting, Casting):
-        coarse = described.casting.meshed(COARSE_MESH_RATIO * described.mesh_size)
-    model = described.model
-    if coarse is not None and coarse.element_count > _MAX_COARSE_SHARE * model.element_count:
-        coarse = None  # boxes of one element are meshed alike
+        compared = _compared_mesh(described.casting, described.mesh_size, model.element_count)
     unused = [key for key, joint in description.joints.items()
               if name in (joint.parent, joint.child) and joint.stiffness
               and (joint.child != name or joint.child_interface not in held)]
     doubts = [Doubt("clamping of the work", f"the springs of {', '.join(unused)} are left out: they are at no face of `held`",
                     "name the interface that they hold")] if unused else []
-    return ClampedPart(model, tuple(places), damping_ratio, stage_change, coarse, description.name, tuple(doubts),
+    return ClampedPart(model, tuple(places), damping_ratio, stage_change, compared, description.name, tuple(doubts),
                        tuple(springs))
+
+
+def _compared_mesh(casting: Casting, size: float, count: int) -> SolidModel | None:
+    """Return a casting in a mesh beside which one of `size` (m) and `count` elements is judged; None where all are alike."""
+    coarse = casting.meshed(COARSE_MESH_RATIO * size)
+    if coarse.element_count <= _MAX_COARSE_SHARE * count:
+        return coarse
+    # Boxes of one element are meshed alike: a finer mesh tells what one element lacks.
+    fine = casting.meshed(size / COARSE_MESH_RATIO)
+    return fine if _MAX_COARSE_SHARE * fine.element_count >= count and fine.element_count <= _MAX_FINE_ELEMENTS else None
 
 
 def _spring(place: SolidPlace, key: str, joint: JointDescription) -> ClampSpring:

@@ -62,8 +62,8 @@ def question_course(part: ClampedPart, course: StageCourse, *, removed: RemovedM
              f"places whose amplitudes differ by less than {100 * GROUP_STEP:.0f} % of the largest share the response of the "
              "one that gives way most. The motion of the wall is averaged over the height of the cut."]
     notes += [] if error is None else [
-        f"The mesh of the work errs by about {100 * max(error, 1e-5):.2g} % in the lowest frequencies of the last stage, twice "
-        "that in compliance (from a mesh 1.5 times as coarse, no bound)."]
+        f"The mesh of the work errs by about {100 * max(error, 1e-5):.2g} % in the lowest frequencies, twice that in "
+        "compliance (from a second mesh at three stages, no bound). The stated error of every limit holds what that changes."]
     if not part.damping_ratio:
         doubts.append(Doubt("damping of the work", f"{100 * ratio.min():.2g} %, of its material alone; clamped faces rub, and "
                             "add to it", "strike the clamped work, and give its damping ratio"))
@@ -122,14 +122,14 @@ def _mesh(walls: Sequence[ThicknessAtCuts], error: float | None) -> list[Doubt]:
     if error is None:
         words.append("what it errs by is not known")
     elif is_thin or error > MAX_STAGE_MESH_ERROR:
-        words.append(f"frequencies of the last stage err by about {100 * max(error, 1e-5):.2g} %, its compliance by "
-                     f"{200 * max(error, 1e-5):.2g} %, limits on the flank of a lobe by up to about "
-                     f"{100 * FLANK_RATIO * max(error, 1e-5):.2g} %")
+        words.append(f"its frequencies err by about {100 * max(error, 1e-5):.2g} %, its compliance by "
+                     f"{200 * max(error, 1e-5):.2g} %; the stated errors of limits hold that, on the flank of a lobe up to "
+                     f"about {100 * FLANK_RATIO * max(error, 1e-5):.2g} %")
     if not words:
         return []
     remedy = "a finer mesh shows what that changes"
     if error is None:
-        remedy = "compare a finer mesh; of boxes (elastic) its error is estimated where they have several elements"
+        remedy = "compare a finer mesh; of boxes (elastic) its error is estimated"
     return [Doubt("mesh of the work", "; ".join(words), remedy,
                   figure=float(elements.min()) if is_thin else UNKNOWN if error is None else error)]
 

@@ -17,7 +17,13 @@ from toolpoint.studies.machining.program_path import ProgramPath
 from toolpoint.studies.machining.thin_walls.clamped_part import ClampedPart
 from toolpoint.studies.machining.thin_walls.course_doubts import question_course
 from toolpoint.studies.machining.thin_walls.part_responses import dynamics_of, respond
-from toolpoint.studies.machining.thin_walls.part_stages import StageCourse, choose_stages, estimate_mesh_error, nearest_of
+from toolpoint.studies.machining.thin_walls.part_stages import (
+    StageCourse,
+    choose_stages,
+    estimate_mesh_error,
+    largest_of_lowest,
+    nearest_of,
+)
 from toolpoint.studies.machining.thin_walls.part_states import PartState, choose_states
 from toolpoint.studies.machining.thin_walls.wall_contacts import ThicknessAtCuts, WallContacts, contacts_of, measure_walls
 from toolpoint.studies.machining.thin_walls.work_course import WorkCourse
@@ -41,10 +47,12 @@ def follow_part(work: ClampedPart, arcs: PlaceArcs, *, removed: RemovedMaterial,
     stage_of = course.stage_of(pieces)
     walls = tuple(_walls_at(k, course, contacts, stage_of=stage_of, group=responses.group) for k in range(len(course.stages)))
     lines = laid.path.line[laid.moves.block[np.minimum([s.piece for s in course.stages], removed.moves.count - 1)]]
-    error = estimate_mesh_error(work, course)
+    mode_errors = estimate_mesh_error(work, course)
+    error = largest_of_lowest(mode_errors, course)
     rows = tuple(_row(k, course, int(lines[k]), walls[k], responses.compliance[stage_of == k])
                  for k in range(len(course.stages)))
-    result = WorkCourse(responses.group, responses.dynamics, responses.compliance, rows, (), (), course, error, walls)
+    result = WorkCourse(responses.group, responses.dynamics, responses.compliance, rows, (), (), course, error, mode_errors,
+                        walls)
     doubts, notes = question_course(work, course, removed=removed, distance=responses.distance, spread=responses.spread,
                                     walls=walls, error=error, line=line, states=len(states), step=step)
     return replace(result, doubts=tuple(doubts), notes=tuple(notes))

@@ -11,6 +11,7 @@ import numpy as np
 from toolpoint._check import FloatArray, IndexArray, fail
 from toolpoint.bodies.solid.cut_solid import CutSolid, CutState
 from toolpoint.bodies.solid.element_places import ElementPlaces, locate
+from toolpoint.studies.machining.mesh_share import MeshError
 from toolpoint.studies.machining.thin_walls.clamped_part import ClampedPart
 from toolpoint.vibration.sparse import factorise, modes
 from toolpoint.vibration.sparse.factorisation import Factorisation
@@ -135,15 +136,28 @@ def choose_stages(part: ClampedPart, cut: CutSolid, progress: Callable[[int, int
     return StageCourse(cut, stages, change, is_capped)
 
 
-def estimate_mesh_error(part: ClampedPart, course: StageCourse) -> float | None:
-    """Return the relative error of the lowest frequencies of the last stage by the mesh, from a coarser one; None without one.
+def estimate_mesh_error(part: ClampedPart, course: StageCourse) -> MeshError | None:
+    """Return the relative errors of the frequencies by the mesh, from another one; None without one.
 
-    An estimate: of frequencies that converge with the square of the mesh size, by the numbers of elements as if both were finer
-    in all directions, so that it is rather too large for a plate.
+    At the first, the middle and the last stage, mode by mode. An estimate: of frequencies that converge with the square of the
+    mesh size, by the numbers of elements as if both were finer in all directions, so that it is rather too large for a plate.
     """
-    if part.coarse is None:
+    if part.compared is None:
         return None
-    coarse = CutSolid(part.coarse, part.nodes_of(part.coarse), course.cut.sweep, part.springs_on(part.coarse))
-    last = solve_stage(coarse, part, course.cut.sweep.count)
-    ratio = (part.model.element_count / part.coarse.element_count) ** (1 / 3)
-    return largest_change(course.stages[-1].frequency, last.frequency) / (ratio**_MESH_ORDER - 1)
+    other = CutSolid(part.compared, part.nodes_of(part.compared), course.cut.sweep, part.springs_on(part.compared))
+    squared = (part.model.element_count / part.compared.element_count) ** (_MESH_ORDER / 3)
+    frequencies, errors = list[FloatArray](), list[FloatArray]()
+    for k in sorted({0, len(course.stages) // 2, len(course.stages) - 1}):
+        frequency, compared = course.stages[k].frequency, solve_stage(other, part, course.stages[k].piece).frequency
+        count = min(frequency.size, compared.size)
+        frequencies.append(frequency[:count])
+        errors.append(np.abs(np.log(compared[:count] / frequency[:count])) / abs(squared - 1))
+    return MeshError(np.concatenate(frequencies), np.concatenate(errors))
+
+
+def largest_of_lowest(error: MeshError | None, course: StageCourse) -> float | None:
+    """Return the largest error of the lowest frequencies; None where it is not known."""
+    if error is None:
+        return None
+    lowest = max(float(stage.frequency[:JUDGED_MODES].max()) for stage in course.stages)
+    return float(error.error[error.frequency <= lowest * (1 + 1e-9)].max())

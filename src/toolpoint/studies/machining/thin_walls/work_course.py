@@ -10,6 +10,7 @@ import numpy as np
 from toolpoint._check import FloatArray, IndexArray
 from toolpoint._doubt import Doubt
 from toolpoint.studies.cuts.tool_dynamics import ToolDynamics
+from toolpoint.studies.machining.mesh_share import MeshError
 from toolpoint.studies.machining.thin_walls.part_stages import StageCourse
 from toolpoint.studies.machining.thin_walls.wall_contacts import ThicknessAtCuts
 
@@ -21,6 +22,7 @@ class WorkCourse:
     """Responses of the work along a program.
 
     group : (m,) of each place that cuts, as `PlaceArcs`; dynamics : of each group; rows : of the stages, see `STAGE_HEADER`;
+    mesh_error : of the lowest frequencies, relative; mode_errors : of all modes; none where no second mesh is known.
     compliance : (m,) static, along the normal of the wall or the middle of the arc, m/N, not a number where not known.
     """
 
@@ -32,6 +34,7 @@ class WorkCourse:
     doubts: tuple[Doubt, ...] = ()
     stages: StageCourse | None = None
     mesh_error: float | None = None
+    mode_errors: MeshError | None = None
     walls: tuple[ThicknessAtCuts, ...] = field(default=())
 
     def to_dict(self) -> dict[str, Any]:
