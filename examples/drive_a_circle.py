@@ -1,11 +1,15 @@
-"""Contour error, torque and loops of a servo on a circle, and its page (as `toolpoint drive SERVO --circle 50,4000`)."""
+"""Contour error, torque and loops of a servo on a circle, its page, and the gains that meet a goal.
+
+As `toolpoint drive SERVO --circle 50,4000`, then with `--deviation 20um`.
+"""
 
 import tempfile
 from importlib import resources
 
 from toolpoint.io import read_drives
-from toolpoint.pages.servos.drive_experiment import drive_page
-from toolpoint.studies import run_drives
+from toolpoint.machine.description.project_plan import ContourGoal
+from toolpoint.pages.servos.drive_experiment import circle_page, drive_page
+from toolpoint.studies import run_drives, study_circle
 
 
 def main() -> float:
@@ -16,6 +20,10 @@ def main() -> float:
     print(result.table())
     with tempfile.TemporaryDirectory() as folder:
         print(drive_page(result, source_text=text).save(folder))
+    goal = study_circle(drives, ContourGoal(radius=0.05, feed=4.0 / 60, deviation=20e-6))
+    print(goal.table())
+    with tempfile.TemporaryDirectory() as folder:
+        print(circle_page(goal, source_text=text).save(folder))
     assert result.circle is not None
     return 1e6 * result.circle.deviation
 

@@ -120,8 +120,8 @@ def increasing(name: str, array: FloatArray) -> FloatArray:
         fail(name, f"shape {array.shape}", "must be one-dimensional and not empty")
     step = np.diff(array)
     if (step <= 0).any():
-        at = int(np.argmax(step <= 0))
-        fail(name, f"value {array[at + 1]:g} at index {at + 1} follows {array[at]:g}", "must increase strictly",
+        index = int(np.argmax(step <= 0))
+        fail(name, f"value {array[index + 1]:g} at index {index + 1} follows {array[index]:g}", "must increase strictly",
              remedy="sort the lines and remove repeated ones")
     return array
 
@@ -164,10 +164,10 @@ def scalar(name: str, value: float) -> float:
     return number
 
 
-def count(name: str, value: int, low: int = 1) -> int:
-    """Check that a value is a whole number of at least `low`."""
-    if isinstance(value, bool) or int(value) != value or value < low:
-        fail(name, repr(value), f"must be a whole number of at least {low}")
+def count(name: str, value: int, minimum: int = 1) -> int:
+    """Check that a value is a whole number of at least `minimum`."""
+    if isinstance(value, bool) or int(value) != value or value < minimum:
+        fail(name, repr(value), f"must be a whole number of at least {minimum}")
     return int(value)
 
 
@@ -176,8 +176,8 @@ def within(path: str, make: Callable[[Part], Result], part: Part) -> Result:
     try:
         return make(part)
     except ToolpointError as error:
-        inner = f"{path}.{error.argument}" if error.argument else ""
-        raise ToolpointError(f"{path}.{error}", argument=inner) from None
+        argument = f"{path}.{error.argument}" if error.argument else ""
+        raise ToolpointError(f"{path}.{error}", argument=argument) from None
 
 
 def one_of(name: str, value: str, allowed: Iterable[str]) -> str:
@@ -196,7 +196,7 @@ SYNONYMS = {"climb": "down", "climb milling": "down", "conventional": "up", "slo
 def suggestion(word: str, words: Iterable[str]) -> str:
     """Return 'did you mean ...?' for the word of the same meaning or else the nearest, or nothing where none is near."""
     words = list(words)
-    if (same := SYNONYMS.get(str(word).lower())) in words:
-        return f"did you mean {same!r}?"
-    near = difflib.get_close_matches(word, words, n=1, cutoff=0.5)
-    return f"did you mean {near[0]!r}?" if near else ""
+    if (synonym := SYNONYMS.get(str(word).lower())) in words:
+        return f"did you mean {synonym!r}?"
+    matches = difflib.get_close_matches(word, words, n=1, cutoff=0.5)
+    return f"did you mean {matches[0]!r}?" if matches else ""

@@ -45,10 +45,10 @@ class Doubt(str):
         """Return the doubt of a sentence ``what: why; remedy`` as files keep it; its figure is not known."""
         if isinstance(text, Doubt):
             return text
-        what, colon, rest = text.partition(": ")
+        what, colon, reason = text.partition(": ")
         if not colon:
-            what, rest = "the file", text
-        why, _, remedy = rest.partition("; ")
+            what, reason = "the file", text
+        why, _, remedy = reason.partition("; ")
         return cls(what, why, remedy)
 
     def within(self, part: str) -> Doubt:

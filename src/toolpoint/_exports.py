@@ -1,4 +1,4 @@
-"""What a room exports is loaded on first use: a command that finds a fault in a file must not wait for what computes."""
+"""Exports of a room that are loaded on first use: a command that finds a fault in a file must not wait for what computes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a notebook shows of a noun or a result: its table where it has one, else its repr, as plain HTML that runs nothing."""
+"""Text that a notebook shows of a noun or a result: its table, or its repr where it has none, as HTML that runs nothing."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class NotebookText:
 def _html(text: str) -> str:
     """Return lines as HTML: ruled tables as tables, everything else as it stands."""
     parts: list[str] = []
-    plain: list[str] = []
+    text_lines: list[str] = []
     rows: list[list[str]] = []
     for line in [*text.split("\n"), ""]:
         if line[:1] in tuple("┃│"):
@@ -29,19 +29,19 @@ def _html(text: str) -> str:
             else:
                 rows.append(cells)
         elif not line[:1] or line[0] not in _RULES:
-            parts += _flushed(plain, rows) if rows else []
+            parts += _flushed(text_lines, rows) if rows else []
             if rows:
-                plain, rows = [], []
-            plain.append(line)
-    return "".join([*parts, *_flushed(plain, rows)])
+                text_lines, rows = [], []
+            text_lines.append(line)
+    return "".join([*parts, *_flushed(text_lines, rows)])
 
 
-def _flushed(plain: list[str], rows: list[list[str]]) -> list[str]:
+def _flushed(text_lines: list[str], rows: list[list[str]]) -> list[str]:
     """Return the lines before a table and the table."""
-    words = "\n".join(plain).strip("\n")
-    before = [f"<pre style=\"white-space:pre-wrap\">{html.escape(words)}</pre>"] if words else []
+    words = "\n".join(text_lines).strip("\n")
+    preformatted = [f"<pre style=\"white-space:pre-wrap\">{html.escape(words)}</pre>"] if words else []
     if not rows:
-        return before
+        return preformatted
     head = "".join(f"<th>{html.escape(cell)}</th>" for cell in rows[0])
     body = "".join("<tr>" + "".join(f"<td>{html.escape(cell)}</td>" for cell in row) + "</tr>" for row in rows[1:])
-    return [*before, f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"]
+    return [*preformatted, f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"]

@@ -1,4 +1,4 @@
-"""What a number in a description is: its quantity, SI unit and limits; written once, beside the field, and checked by it."""
+"""Meaning of a number in a description: its quantity, SI unit and limits; written once, beside the field, and checked by it."""
 
 from __future__ import annotations
 

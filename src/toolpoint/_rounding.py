@@ -5,14 +5,15 @@ from __future__ import annotations
 import math
 import re
 
-DIGITS = 4  # significant ones, where no uncertainty says how many
+NORMAL_QUANTILE_95 = 1.959964  # half width of a two-sided 95 % interval of a normal error, in standard deviations
+DEFAULT_DIGITS = 4  # significant ones, where no uncertainty says how many
 MIN_PRINTED_ERROR_RATIO = 5e-3  # of a limit: numerical errors below it move none of its three digits by more than one
 PLAIN_EXPONENTS = range(-4, 6)  # powers of ten that a person reads as digits: 14000, not 1.4e+04
 _POWER = re.compile(r"(?<![\w.])(\d(?:\.\d+)?)e([+-]\d\d)(?![\w.]\w)")
 SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
-def number_text(value: float, uncertainty: float | None = None, digits: int = DIGITS) -> str:
+def number_text(value: float, uncertainty: float | None = None, digits: int = DEFAULT_DIGITS) -> str:
     """Return a number as text: to the last digit of its uncertainty, or to significant digits where none is known.
 
     An uncertainty has two significant digits where they begin with 1 or 2, else one (so 6 Hz leaves no decimals):

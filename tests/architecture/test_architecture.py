@@ -242,6 +242,19 @@ def test_bars_name_commands_that_exist_and_their_page_is_written_from_them():
     assert bars.PAGE.read_text(encoding="utf-8") == bars.page(data), "run python benchmarks/bars.py --write"
 
 
+def test_options_of_the_bars_commands_are_those_of_their_scripts():
+    """Three rows named options of another script: who runs a row learns first that it cannot be run."""
+    frame = text_of(ROOT / "benchmarks" / "frame.py")
+    for row in bars.rows(bars.read_areas()):
+        script, *options = re.findall(r"(?<!\S)(?:benchmarks/\S+\.py|--[a-z-]+)", row.command) or [""]
+        if not script.startswith("benchmarks/"):
+            continue
+        text = text_of(ROOT / script)
+        unknown = [option for option in options if not re.search(rf"\"(?:--)?{option[2:]}\"", text)
+                   and (f'"{option}"' not in frame and f'"{option[2:]}"' not in frame)]
+        assert not unknown, f"{row.figure}: {script} has no {', '.join(unknown)}"
+
+
 def exports_of(path):
     """Triples (module, name there, name here) that a room's `__init__` shows to the type checker, and those it loads."""
     tree, room = tree_of(path), ".".join(path.parent.relative_to(SOURCE.parent).parts)
@@ -265,3 +278,30 @@ def test_what_a_room_exports_is_what_it_loads_on_first_use(path):
     listed = next(node for node in tree_of(path).body
                   if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == "__all__")
     assert set(ast.literal_eval(listed.value)) == {name for _, _, name in shown}
+
+
+COMPILED_BY_ADDRESS = {"_green_node", "_hill_node"}  # see `far_call.address_of`: kernels without a decorator
+
+
+def test_kernels_without_a_door_from_python_are_called_by_kernels_alone():
+    """From Python such a kernel (`inner_njit`) works, but is compiled once more for every process that calls it so."""
+    def functions(path):
+        return [node for node in tree_of(path).body if isinstance(node, ast.FunctionDef)]
+
+    def marks(node):
+        return " ".join(map(ast.unparse, node.decorator_list))
+
+    inner = {(".".join(path.relative_to(SOURCE.parent).with_suffix("").parts), node.name)
+             for path in MODULES for node in functions(path) if "inner_njit" in marks(node)}
+
+    def calls_from_python(path):
+        module = ".".join(path.relative_to(SOURCE.parent).with_suffix("").parts)
+        names = {name for home, name in inner if home == module}
+        names |= {alias.name for node in nodes_of(path) if isinstance(node, ast.ImportFrom)
+                  for alias in node.names if (node.module, alias.name) in inner}
+        for node in nodes_of(path) if names else ():
+            if isinstance(node, ast.FunctionDef) and node.name not in COMPILED_BY_ADDRESS and "njit" not in marks(node):
+                yield from sorted(names & {part.id for part in ast.walk(node) if isinstance(part, ast.Name)})
+
+    assert len(inner) > 50
+    assert in_modules(calls_from_python) == []

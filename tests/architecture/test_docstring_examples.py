@@ -36,7 +36,7 @@ ROOMS_WITH_EXAMPLES = {
         "listen", "magnify_motion", "map_chatter", "map_servo", "map_speeds", "mill_path", "modal_dynamics",
         "place_test", "plan_test", "question_structure", "question_windows", "rank_interfaces", "rank_tests",
         "run_drives", "run_plan", "run_robot_demo", "search_regions", "seen_places", "servos_of", "simulate_cut",
-        "solve_matrix_modes", "structure_of", "study_base_reactions", "study_datasheet", "study_driven_axis",
+        "solve_matrix_modes", "structure_of", "study_base_reactions", "study_circle", "study_datasheet", "study_driven_axis",
         "study_example_mill", "study_finite_elements", "study_hammer_records", "study_joints", "study_machine",
         "study_machine_and_responses", "study_operational", "study_region", "study_responses", "study_tap",
         "study_tool", "study_traverse", "study_video", "study_videos", "study_workspace", "update_from_videos",

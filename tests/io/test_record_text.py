@@ -78,7 +78,14 @@ def test_times_of_few_digits_run_evenly(tmp_path):
 def test_a_sample_left_out_among_rounded_times_is_refused(tmp_path, missing):
     path = tmp_path / "logger.csv"
     path.write_text("time [s],ax [m/s^2]\n" + "".join(f"{k / 800:.4f},1\n" for k in range(2000) if k != missing))
-    with pytest.raises(ToolpointError, match="does not run evenly"):
+    with pytest.raises(ToolpointError, match=f"does not run evenly: .* before sample {missing + 1} "):
+        record_table.read(path)
+
+
+def test_one_sample_is_refused_for_what_it_is(tmp_path):
+    path = tmp_path / "one.csv"
+    path.write_text("time [s],ax [m/s^2]\n0.0,1\n")
+    with pytest.raises(ToolpointError, match="one sample; must be at least two"):
         record_table.read(path)
 
 

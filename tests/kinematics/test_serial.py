@@ -1,5 +1,7 @@
 """Serial arms: tables against chains, closed-form inverse with all branches, numeric inverse, five axes, rigid dynamics."""
 
+import re
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -7,6 +9,7 @@ from scipy.spatial.transform import Rotation
 import elastic_robot
 import parallel_machines
 from serial_arms import arm_forward
+from toolpoint import ToolpointError
 from toolpoint.kinematics import Axis, Drive, TreeChain
 from toolpoint.kinematics.arms.denavit_hartenberg import ArmRow, arm_chain, arm_frames
 from toolpoint.kinematics.arms.inverse import ToolOnWork, solve_all_inverse, solve_inverse, tool_on_work
@@ -254,3 +257,12 @@ def test_all_branches_are_those_of_eaik():
         ours = np.array([branch.positions for branch in arm.inverse(goal)])
         apart = np.abs(np.angle(np.exp(1j * (ours[:, None] - theirs[None])))).max(axis=-1)
         assert apart.min(axis=1).max() < 1e-7 and apart.min(axis=0).max() < 1e-7, q
+
+
+@pytest.mark.parametrize(("value", "words"), [
+    (-0.6 + 5e-7, "-0.6 m, 0.5 µm beyond its travel; must be within -1.1 .. -0.6 m"),
+    (-1.1 - 2e-8, "-1.1 m, 0.02 µm beyond its travel; must be within"), (-0.55, "-0.55 m; must be within")])
+def test_position_just_beyond_its_travel_is_told_with_its_excess(value: float, words: str) -> None:
+    """Rounding to the limit's own digits would refuse a position in the words that allow it."""
+    with pytest.raises(ToolpointError, match=re.escape(words)):
+        Axis("X", (Drive(0, "x"),), -1.1, -0.6).checked(np.array([value]))

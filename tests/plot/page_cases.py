@@ -371,8 +371,17 @@ def drive_on_a_circle() -> Report:
     return drive_page(run_drives(read_drives(FOLDER / name), circle=(0.05, 4.0 / 60)), source_text=text(name))
 
 
-def _described_drives() -> Any:
-    """Return two axes of two masses, one with motor and current loop."""
+@case
+def circle_beside_its_goal() -> Report:
+    from toolpoint.machine.description.project_plan import ContourGoal
+    from toolpoint.pages import circle_page
+    from toolpoint.studies import study_circle
+
+    return circle_page(study_circle(_described_drives("XY"), ContourGoal(0.03, 0.05, 2e-6)))
+
+
+def _described_drives(names: str = "X") -> Any:
+    """Return axes of two masses with motor and current loop."""
     from toolpoint.drives.description import (
         CurrentDescription,
         DriveAxisDescription,
@@ -388,7 +397,7 @@ def _described_drives() -> Any:
         mechanics=mechanics, position=PositionDescription(gain=30.0),
         velocity=VelocityDescription(gain=1.0, integral_time=0.02),
         motor=MotorDescription(4, 0.5, 5e-3, flux=0.15), current=CurrentDescription(bandwidth=500.0))
-    return DriveDescription("Slide", {"X": axis}, assumptions=("All values are chosen.",))
+    return DriveDescription("Slide", dict.fromkeys(names, axis), assumptions=("All values are chosen.",))
 
 
 @case

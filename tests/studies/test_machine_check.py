@@ -78,6 +78,15 @@ def test_a_long_narrow_slide_may_turn_stiffer_one_way(tmp_path):
     assert not any("joints.guide_x.stiffness.r" in line and "turning stiffness" in line for line in doubts), doubts
 
 
+@pytest.mark.parametrize(("damping", "is_doubted"), [(1e-12, False), (40.0, True)])
+def test_a_damper_that_a_fit_left_at_nothing_is_no_slip(damping, is_doubted, tmp_path):
+    """A fit of viscous joints ends with 1e-22 s where there is none: "8e17 times below" told nobody anything."""
+    spring = "rx: 6e7, ry: 8e7, rz: 6e7}"
+    change = [(f"z: 1.2e9, {spring}", f"z: 1.2e9, {spring}\n    damping: {{x: 9e4, y: {damping}}}"),
+              ("z: 9e8, rx: 3e8, ry: 2e8, rz: 2e8}", "z: 9e8, rx: 3e8, ry: 2e8, rz: 2e8}\n    damping: {x: 4e4, y: 5e4}")]
+    assert any("damping over stiffness" in doubt for doubt in checked(tmp_path, *change).doubts) == is_doubted
+
+
 def test_a_machine_as_slow_as_a_tower(tmp_path):
     changes = [(f"{way}: {value}", f"{way}: {float(value) / 1e5:g}") for way, value in
                (("x", "4e8"), ("y", "4e8"), ("z", "9e8"), ("rx", "3e8"), ("ry", "2e8"))]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -100,10 +99,3 @@ class InputChannels:
         peaks = np.abs(volts).max(axis=0, initial=0.0)
         return tuple(str(channel) for channel, peak in zip(self.channels, peaks, strict=True)
                      if channel.limit is not None and peak >= OVERLOAD_FRACTION * channel.limit * channel.volts)
-
-    def check_columns(self, columns: Sequence[str]) -> None:
-        """Raise ToolpointError where the device has fewer channels than the test."""
-        largest = max(channel.column for channel in self.channels)
-        if largest >= len(columns):
-            fail("InputChannels.channels", f"channel {largest + 1}",
-                 f"must be 1 to {len(columns)}, the inputs of the device ({', '.join(columns)})")

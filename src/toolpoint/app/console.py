@@ -18,6 +18,7 @@ from toolpoint._doubt import Doubt
 from toolpoint.app.first_use import COMPILING, is_compiling
 
 FIRST_LINE_DELAY, LINE_INTERVAL = 2.0, 10.0  # s until the first line of progress without a terminal, and between further ones
+# Consoles whose encoding lacks the lines of tables would end the command by an error of encoding, after all its work.
 ASCII_LINES = str.maketrans(dict.fromkeys("┏┳┓┡╇┩└┴┘", "+") | dict.fromkeys("━─", "-") | dict.fromkeys("┃│", "|"))
 
 

@@ -22,6 +22,7 @@ INTERRUPT_EXIT_CODE = 130  # exit code of a command that Ctrl-C ended: 128 + SIG
 MAX_WRITING_SECONDS = 2.0  # s that a file in the making is waited for; a second Ctrl-C does not wait
 SAME_INTERRUPT_SECONDS = 0.1  # s within which a second signal is the first one, told twice
 INTERRUPT_MESSAGE = "\nerror: interrupted; finished parts of a study are kept where it was given a --folder\n"
+# A progress bar hides the cursor, and an interrupt may come before it is shown again.
 SHOW_CURSOR = "\x1b[?25h"
 
 _writing = threading.RLock()

@@ -35,6 +35,7 @@ _COMMANDS_OF_MODULE = {
     "videos": ("video",),
     "workbench": ("serve", "add", "change"),
 }
+# By name, without an import: help and completion must not load what fifty commands need.
 MODULE_OF_COMMAND = {command: module for module, commands in _COMMANDS_OF_MODULE.items() for command in commands}
 # Where the command's name is a name of Python, or of the frame.
 _FUNCTION_OF_COMMAND = {"map": "frequency_map", "run": "run_project", "tried": "report_cut", "change": "change_numbers",

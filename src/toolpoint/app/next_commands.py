@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+# A list of ten is not read; two are.
 MAX_SUGGESTED_COMMANDS = 2
 MAX_NAMED_FILES = 2  # of an argument of several; more are not repeated
 

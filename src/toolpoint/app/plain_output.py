@@ -5,6 +5,7 @@ from __future__ import annotations
 import codecs
 import sys
 
+# What each character becomes where the output cannot hold it, so that units stay units.
 PLAIN_SPELLINGS = {"µ": "u", "μ": "u", "°": " deg", "±": "+-", "²": "^2", "³": "^3", "×": "x", "·": "*", "…": "...", "–": "-",
                    "—": "-",
                    "−": "-", "≤": "<=", "≥": ">=", "Ω": "Ohm", "ζ": "zeta", "η": "eta", "ω": "omega", "φ": "phi", "θ": "theta",

@@ -215,6 +215,7 @@ def build_filter(part: TorqueFilterDescription) -> Filter:
     frequency = _number(part, "frequency")
     if part.kind == "notch":
         return notch(frequency, part.damping or 0.1, part.depth)
+    # Butterworth's, where nothing is stated: flat as far as it can be, as drives set it by default.
     return low_pass(frequency, part.damping or 0.7071)
 
 

@@ -42,7 +42,7 @@ if TYPE_CHECKING:
     from toolpoint.io.point_table import read_places
     from toolpoint.io.program.gcode import read as read_program
     from toolpoint.io.program.gcode import read_path
-    from toolpoint.io.program.radius_compensation import CutterRadii
+    from toolpoint.io.program.path.radius_compensation import CutterRadii
     from toolpoint.io.program.rewriting import SpeedAndFeed
     from toolpoint.io.program.rewriting import write as write_program
     from toolpoint.io.servo_data.controller_records import read as read_servo_data
@@ -168,7 +168,7 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "page_tables": ("write_tables",),
     "point_table": ("read_places",),
     "program.gcode": ("read as read_program", "read_path"),
-    "program.radius_compensation": ("CutterRadii",),
+    "program.path.radius_compensation": ("CutterRadii",),
     "program.rewriting": ("SpeedAndFeed", "write as write_program"),
     "servo_data.controller_records": ("read as read_servo_data",),
     "template_files": ("list_templates", "write_template"),

@@ -8,6 +8,7 @@ MATLAB = (".mat",)
 NUMPY = (".npz", ".npy")
 LVM, WAV, TDMS = (".lvm",), (".wav",), (".tdms",)
 YAML = (".yaml", ".yml")
+# Some endings stand in several lists (.mat, .dat): these files are asked what they hold, see `file_kinds`.
 MATRICES = (".mtx", ".full", ".op4", ".pch", ".bdf", ".dat", ".nas", ".hb", ".rsa", ".rua", ".psa", ".mm", ".mat", ".npz",
             ".npy")
 TEXT = (".txt", ".csv", ".frf", ".dat")

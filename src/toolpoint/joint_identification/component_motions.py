@@ -103,6 +103,8 @@ def add_coordinate_variance(part: Component, deviation: float) -> Component:
         return replace(part, variance=part.variance + added)
     # Noise of unknown size: what the rigid motion leaves, less the coordinates' mean share, at least a hundredth of it.
     noise = motion.variance.mean(axis=0)
+    # What errors of place add is in the scatter already; a hundredth of the noise stays, so that no line gets infinite
+    # weight.
     return replace(part, variance=np.maximum(noise - added.mean(axis=0), 0.01 * noise) + added)
 
 

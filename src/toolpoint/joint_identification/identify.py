@@ -45,7 +45,7 @@ from toolpoint.joint_identification.motion.measured import Component, Point, com
 from toolpoint.joint_identification.motion.relative_motion import RelativeMotion
 from toolpoint.joint_identification.motion.rigid_motion import RigidMotion, SmallMotion
 from toolpoint.joint_identification.motion.sensor_gains import SensorGains, fit_gains
-from toolpoint.joint_identification.motion.strangers import strangers
+from toolpoint.joint_identification.motion.strangers import strangers, sure_strangers
 from toolpoint.joint_identification.motion.wrong_channels import question_channels
 from toolpoint.joint_identification.motion.wrong_points import WrongPoints, find_wrong_points
 from toolpoint.vibration import Modes
@@ -199,8 +199,10 @@ def identify_joints(
     motions_of = partial(_motions_with_gains, points=points, method=method, deviation=deviation, criterion=criterion)
     parts, motions, place_doubts = motions_of(real, gains, components=components)
     independent, general_doubts = _count_independent(modes, parts)
-    strangers_of = {name: strangers(part) for name, part in parts.items()}
-    components = _drop_strangers(components, strangers_of)
+    sure = {name: tuple(point for point in points_of if point not in wrong.places)
+            for name, points_of in sure_strangers(wrong.parts).items()}
+    strangers_of = {name: tuple(dict.fromkeys((*strangers(part), *sure[name]))) for name, part in parts.items()}
+    components = _drop_strangers(components, strangers_of, sure)
     flexible = _flaws(motions, strangers_of, components, count=modes.count, criterion=criterion)
     if any(len(part.points) > len(components[name]) for name, part in parts.items()):
         measured = {name: component(name, real, points, labels=labels) for name, labels in components.items()}
@@ -317,14 +319,14 @@ def _count_independent(modes: Modes, parts: Mapping[str, Component]) -> tuple[in
     return modes.count - len(repeated), doubts
 
 
-def _drop_strangers(components: Mapping[str, Sequence[Point]], strange: Mapping[str, Sequence[Point]]
-                       ) -> dict[str, Sequence[Point]]:
-    """Return the components without points that move otherwise, where these are few and enough others stay."""
+def _drop_strangers(components: Mapping[str, Sequence[Point]], strange: Mapping[str, Sequence[Point]],
+                    sure: Mapping[str, Sequence[Point]]) -> dict[str, Sequence[Point]]:
+    """Return the components without points that move otherwise, where these are few and enough others stay, or are sure."""
     result: dict[str, Sequence[Point]] = {}
     for name, labels in components.items():
         kept = [point for point in labels if point not in strange[name]]
         can_drop = len(labels) - len(kept) <= _MAX_STRANGER_FRACTION * len(labels) and len(kept) >= _MIN_COMPONENT_POINTS
-        result[name] = kept if can_drop else labels
+        result[name] = kept if can_drop else [point for point in labels if point not in sure[name]]
     return result
 
 

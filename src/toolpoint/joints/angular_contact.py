@@ -130,6 +130,8 @@ def _angles(bearing: BearingDescription, axial_force: float, speed: float) -> tu
         # (F_a/Z) (cot a_o - cot a_i) = F_c
         return float(np.arctan2(1.0, 1 / np.tan(outer_angle) - centrifugal / ball_force))
 
+    # At zero the contact force F_a / (Z sin a) is infinite, at 90 degrees the radial share vanishes: between them it is
+    # monotonic.
     angle_min, angle_max = 1e-3, np.pi / 2 - 1e-6
     for _ in range(BISECTION_STEPS):
         middle = 0.5 * (angle_min + angle_max)
@@ -150,6 +152,7 @@ def _centrifugal_force(bearing: BearingDescription, speed: float) -> float:
     ratio = diameter * np.cos(bearing.contact_angle) / bearing.pitch_diameter
     if ratio >= 1:
         fail("ball_diameter", f"{1e3 * diameter:g} mm on a pitch of {1e3 * bearing.pitch_diameter:g} mm", "must be smaller")
+    # Balls roll between a race that turns and one that stands: half of its speed, less for the smaller inner race.
     orbit = 0.5 * omega * (1 - ratio)
     return float(bearing.ball_density * np.pi / 6 * diameter**3 * orbit**2 * bearing.pitch_diameter / 2)
 

@@ -59,6 +59,7 @@ class BallScrewDescription:
             compliance, slope = side_a * side_b / (side_a + side_b), rod * (side_b - side_a) / (side_a + side_b)
         compliance = compliance + 1 / self.nut + (0.0 if self.bracket is None else 1 / self.bracket)
         if self.lead is not None:
+            # Held by the motor at the bearing's end, the shaft twists up to the nut alone, whichever end holds it axially.
             twist_compliance = (self.lead / (2 * np.pi)) ** 2 / (SCREW_SHEAR_MODULUS * polar_moment)
             compliance, slope = compliance + twist_compliance * position, slope + twist_compliance
         return 1 / compliance, -slope / compliance**2

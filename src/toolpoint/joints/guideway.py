@@ -51,6 +51,7 @@ class GuidewayCarriage:
         for side in (-1, 1):
             for height in (-1, 1):
                 normal = np.array([0.0, side * np.cos(self.contact_angle), sense * height * np.sin(self.contact_angle)])
+                # Element by element, not a row as one spring: rows resist pitch and yaw by the spread of their elements.
                 for position in positions:
                     contact_point = np.array([position, side * self.rows_across / 2, height * self.rows_above / 2])
                     total += spring_matrix(contact_point, normal, element_stiffness)

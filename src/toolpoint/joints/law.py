@@ -86,6 +86,7 @@ def join_series(parts: Iterable[FloatArray]) -> FloatArray:
         stiffness_sum = total + matrix
         # Translations (N/m) and rotations (N m/rad) are scaled to one diagonal: the pseudo-inverse's tolerance holds for both.
         scale = np.sqrt(np.maximum(np.diag(stiffness_sum), 1e-300))
+        # Scaled first: N/m and N m/rad differ by many orders, and the cut-off would take turns for rounding.
         inverse = np.linalg.pinv(stiffness_sum / np.outer(scale, scale), rcond=1e-12, hermitian=True) / np.outer(scale, scale)
         total = total - total @ inverse @ total
         total = (total + total.T) / 2

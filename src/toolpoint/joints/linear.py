@@ -72,6 +72,8 @@ class LinearJoint(NotebookText):
                 direction = excluded[int(np.argmax(np.abs(matrix[excluded]).max(axis=1) > 0))]
                 fail(f"LinearJoint.{name}", f"a value in direction {DIRECTIONS[direction]}, which is {states[direction]}",
                      f"must be zero there", remedy=f"make the direction {' or '.join(allowed)}")  # noqa: F541
+            # Rounding of a matrix that was moved from another frame leaves eigenvalues of either sign about 1e-16 of the
+            # largest.
             if matrix.size and np.linalg.eigvalsh(matrix).min() < -1e-9 * max(np.abs(matrix).max(), 1e-300):
                 fail(f"LinearJoint.{name}", "a negative eigenvalue", "must be positive semidefinite")
             set_field(self, name, matrix)

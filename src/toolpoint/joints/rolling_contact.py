@@ -19,6 +19,7 @@ def compliance_constant(element: str, diameter: float, length: float = 0.0) -> f
     """Return c of delta = c Q^p, m/N^p: p is 2/3 for balls (diameter, m), 0.9 for rollers (effective length, m)."""
     one_of("element", element, LOAD_EXPONENTS)
     if element == "ball":
+        # Palmgren's constant is for millimetres and newtons: the factors of a thousand make it SI.
         return 1e-3 * 4.36e-4 / (1e3 * positive("diameter", diameter)) ** (1 / 3)
     return 1e-3 * 7.68e-5 / (1e3 * positive("length", length)) ** 0.8
 

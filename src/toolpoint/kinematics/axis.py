@@ -110,11 +110,21 @@ class Axis:
 
     def checked(self, position: FloatArray) -> FloatArray:
         """Return positions after checking them against the limits of travel; raises ToolpointError for one beyond them."""
+        # Poses of a grid end at the limit itself, by sums that round.
         slack = 1e-9 * max(1.0, abs(self.lower) if np.isfinite(self.lower) else 1.0)
         for value in (float(np.min(position)), float(np.max(position))):
             if not self.lower - slack <= scalar(f"pose {self.name}", value) <= self.upper + slack:
-                fail(f"pose {self.name}", self.words(value), f"must be within {self.span}", remedy=self._meant(value))
+                fail(f"pose {self.name}", self._words_beyond(value), f"must be within {self.span}", remedy=self._meant(value))
         return position
+
+    def _words_beyond(self, value: float) -> str:
+        """Return a position beyond the travel with its unit; the excess in words where the digits shown do not tell it."""
+        words = self.words(value)
+        limit = self.lower if value < self.lower else self.upper
+        if words != self.words(limit):
+            return words
+        excess = 1e6 * abs(float(self.shown(np.asarray(value - limit))))
+        return f"{words}, {excess:.2g} {'µm' if self.unit == 'm' else 'µdeg'} beyond its travel"
 
     def _meant(self, value: float) -> str:
         """Return a remedy for a round number beyond the travel of a rotary axis: degrees were meant.

@@ -69,6 +69,7 @@ class ThreeRps:
         sample = np.exp(2j * np.pi * np.arange(_POLYNOMIAL_SAMPLE_COUNT) / _POLYNOMIAL_SAMPLE_COUNT)
         coefficients = np.fft.fft(self._solution_product(sample, lengths)) / _POLYNOMIAL_SAMPLE_COUNT
         ordered = np.fft.fftshift(coefficients)
+        # A leading coefficient of rounding would be a root far out, which pulls digits from all the others.
         kept = np.flatnonzero(np.abs(ordered) > 1e-12 * np.abs(ordered).max())
         roots = np.roots(ordered[kept[0]:kept[-1] + 1][::-1])
         real_roots = roots[np.abs(np.abs(roots) - 1) < _UNIT_CIRCLE_TOLERANCE]
@@ -121,6 +122,7 @@ class ThreeRps:
     def _polish(self, angles: FloatArray, lengths: FloatArray) -> FloatArray | None:
         for _ in range(8):
             value, slope = self._equations(angles, lengths)
+            # At a singular pose Newton's step leads anywhere: the root as the polynomial gave it is dropped instead.
             if abs(np.linalg.det(slope)) < 1e-14 * np.abs(slope).max() ** 3:
                 break
             step = np.linalg.solve(slope, -value)
@@ -156,6 +158,7 @@ class ThreeRps:
 def _select_distinct(poses: list[FloatArray]) -> list[FloatArray]:
     kept: list[FloatArray] = []
     for pose in sorted(poses, key=lambda p: -p[0]):
+        # Double roots of the polynomial come as two that agree to half of the digits.
         if not any(np.abs(pose - other).max() < 1e-7 for other in kept):
             kept.append(pose)
     return kept

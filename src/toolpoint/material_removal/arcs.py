@@ -60,6 +60,7 @@ def chip_range(kappa, level, rise):
     level, rise : of the unit feed, across the axis and along it.
     """
     s, c = math.sin(kappa), math.cos(kappa)
+    # The tool moves along its own axis: every angle cuts alike, or none does.
     if level < 1e-9:
         return (0.0, 2.0 * math.pi) if rise * c < -1e-12 else (0.0, 0.0)
     sine = rise * c / (s * level) if s > 0.0 else math.inf

@@ -130,6 +130,8 @@ def _cross_work(work, rotation, grid, first_stock, intervals):
     number_max = 0
     for i in range(intervals.shape[0]):
         for j in range(intervals.shape[1]):
+            # Shifted unequally in x and y: a line through an edge or a diagonal of the mesh would cross it twice or not at
+            # all.
             place = (x0 + (i + _LINE_SHIFT) * h, y0 + (j + 1.7 * _LINE_SHIFT) * h)
             number_max = max(number_max, _cross_line(work, rotation, _LOOK_RATIO * h, first_stock, place, intervals[i, j]))
     return number_max

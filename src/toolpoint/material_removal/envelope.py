@@ -42,6 +42,7 @@ def profile_slope(d, shape):
         return 0.0
     if d <= flat + corner * cosine or sine == 0.0:
         s = d - flat
+        # The wall of a bull nose is vertical at its radius: a bound of 1e9 keeps bisection of the slope going.
         return s / math.sqrt(max(corner * corner - s * s, 1e-18 * corner * corner))
     return cosine / sine
 
@@ -53,6 +54,7 @@ def lowest_of_line(move, shape, x, y):
     qx, qy = x - move[0], y - move[1]
     ax, ay, az = move[3] - move[0], move[4] - move[1], move[5] - move[2]
     square, distance2 = ax * ax + ay * ay, qx * qx + qy * qy
+    # A plunge, or a move below a picometre: there is no direction in XY to divide by.
     if square < 1e-24:
         if distance2 > radius * radius:
             return math.inf
@@ -65,6 +67,7 @@ def lowest_of_line(move, shape, x, y):
     first, last = max(0.0, middle - half), min(1.0, middle + half)
     if first > last:
         return math.inf
+    # The three frequent tools have their minimum in closed form, without the square roots of 34 halvings.
     if az == 0.0:
         t = min(max(middle, first), last)
     elif shape[1] == 0.0 and shape[2] == 0.0:
@@ -107,6 +110,7 @@ def lowest_of_arc(move, shape, x, y):
     if m > rho + radius or m < rho - radius:
         return math.inf
     turn = way * (math.atan2(qy, qx) - move[10]) - 0.5 * sweep
+    # Counted from the middle of the arc before it is wrapped: the jump of the angle then lies opposite the arc.
     turn = turn - 2.0 * math.pi * math.floor((turn + math.pi) / (2.0 * math.pi)) + 0.5 * sweep
     rise = move[5] - move[2]
     if rise == 0.0:
@@ -142,6 +146,7 @@ def _lowest_on_helix(move, shape, m, turn, first, last):
         dv = math.sqrt(max(rho * rho + m * m - 2.0 * rho * m * math.cos(v - turn), 0.0))
         hu = move[2] + rise * u / sweep + profile(min(du, radius), shape)
         hv = move[2] + rise * v / sweep + profile(min(dv, radius), shape)
+        # The least of all that was seen: sections may close in on the wrong one of two minima at the arc's ends.
         best = min(best, hu, hv)
         if hu < hv:
             b = v

@@ -24,6 +24,8 @@ def cross_mesh(triangles: FloatArray, x: FloatArray, y: FloatArray) -> FloatArra
     count = np.zeros((x.size, y.size), np.int32)
     shift = _GRID_SHIFT * (x[1] - x[0] if x.size > 1 else 1.0)
     crossings = np.full((x.size, y.size, 2 * MAX_MESH_INTERVALS), np.nan)
+    # Shifted a little, and unequally in x and y: a line through an edge, or along a diagonal of the mesh, would cross it
+    # twice or not at all.
     _cross(np.ascontiguousarray(triangles), x + shift, y + 1.7 * shift, count, crossings)
     if count.max() > 2 * MAX_MESH_INTERVALS:
         fail("stock", f"a mesh crossed {count.max()} times by one upright line", f"must be at most {2 * MAX_MESH_INTERVALS}",

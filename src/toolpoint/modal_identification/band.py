@@ -98,4 +98,6 @@ def _scatter_of_stride(values: FloatArray, stride: int) -> FloatArray:
     if n <= 0:
         return np.zeros(values.shape[1:])
     part = [values[k * stride:k * stride + n] for k in range(4)]
+    # Third differences of lines take smooth resonances out; 20 is the sum of their squared weights, 1.4826 makes a median a
+    # deviation.
     return 1.4826 * np.median(np.abs(part[3] - 3 * part[2] + 3 * part[1] - part[0]), axis=0) / np.sqrt(20.0)

@@ -59,6 +59,7 @@ def residues(frf: Frf, poles: ComplexArray, lower: bool = True, *, upper: bool =
     basis = real_rows(np.concatenate(terms, axis=1) * factor(frf)[:, None])
     scale = np.linalg.norm(basis, axis=0)
     rows = real_rows(frf.values.reshape(p.size, -1))
+    # Columns of unit length: resonances and residual terms differ by many orders, and the cut-off is relative.
     values = np.linalg.lstsq(basis / scale, rows, rcond=1e-12)[0] / scale[:, None]
     misfit = rows - basis @ values
     shape = frf.values.shape[1:]

@@ -42,7 +42,7 @@ if TYPE_CHECKING:
     from toolpoint.pages.robots.places import place_page
     from toolpoint.pages.robots.robot import robot_page
     from toolpoint.pages.robots.screening import screening_page
-    from toolpoint.pages.servos.drive_experiment import drive_page
+    from toolpoint.pages.servos.drive_experiment import circle_page, drive_page
     from toolpoint.pages.servos.servo_data import servo_data_page
     from toolpoint.pages.servos.servo_map import servo_map_page
     from toolpoint.pages.servos.servo_tests import step_page, tuning_page
@@ -56,6 +56,7 @@ __all__ = [
     "calibration_page",
     "campbell_page",
     "chatter_map_page",
+    "circle_page",
     "correlation_page",
     "demo_page",
     "drift_page",
@@ -138,7 +139,7 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "robots.places": ("place_page",),
     "robots.robot": ("robot_page",),
     "robots.screening": ("screening_page",),
-    "servos.drive_experiment": ("drive_page",),
+    "servos.drive_experiment": ("circle_page", "drive_page"),
     "servos.servo_data": ("servo_data_page",),
     "servos.servo_map": ("servo_map_page",),
     "servos.servo_tests": ("step_page", "tuning_page"),

@@ -10,6 +10,7 @@ from pathlib import Path, PurePosixPath
 from typing import Any
 
 from toolpoint import io
+from toolpoint._check import ToolpointError
 from toolpoint.cutting.description import flat_values
 from toolpoint.io.yaml.named_files import list_named_files
 from toolpoint.machine.description.project_plan import (
@@ -21,14 +22,14 @@ from toolpoint.machine.description.project_plan import (
     ProjectTest,
 )
 from toolpoint.project.engine.step import LateWork, ProjectStep, result_path
-from toolpoint.project.programs.settings import program_command, program_inputs, program_settings
+from toolpoint.project.programs.settings import circle_command, program_command, program_inputs, program_settings
 from toolpoint.project.recorded_tests import find_files, find_records, refuse_repeated_files
 
 TRIED_FILE = "tried.yaml"
 CHOICES_FOLDER = "choices"  # of poles that a person chose: a file a test, of its name
 # Versions of what the steps compute: raised where results change.
-STEP_VERSIONS = {"responses": 5, "modes": 7, "joints": 7, "drift": 2, "update": 4, "machine": 1, "tip": 3, "tried": 8,
-                 "limits": 14, "changes": 5, "next": 2, "contour": 2, "program": 7}
+STEP_VERSIONS = {"responses": 5, "modes": 7, "joints": 8, "drift": 2, "update": 4, "machine": 2, "tip": 3, "tried": 8,
+                 "limits": 14, "changes": 5, "next": 2, "contour": 3, "program": 7}
 
 
 @dataclass(frozen=True)
@@ -63,7 +64,7 @@ class _ChainBuilder:
         sources |= self._coupled(machine)
         weights = self._answers(sources, machine)
         self._programs(sources, weights)
-        self._contours()
+        self._contours(machine)
         self._say_missing(sources)
         return self._steps
 
@@ -81,6 +82,7 @@ class _ChainBuilder:
         for path in step.input_paths:
             makers = [earlier.named_files for earlier in self._steps if path in earlier.output_paths]
             folder = PurePosixPath(path).parent
+            # A machine file names meshes: a step that reads what was made from it must run again when one of them changes.
             names += makers[0] if makers else [posixpath.normpath(str(folder / name.replace("\\", "/")))
                                                for name in list_named_files(self.root / path)]
         return tuple(dict.fromkeys(names))
@@ -90,6 +92,7 @@ class _ChainBuilder:
         if test.modes:
             return test.modes
         responses = self._responses(name, test)
+        # Responses of a tip are answered by lobes: its modes are fitted there, in the directions of the cut.
         if test.of != STRUCTURE:
             return None
         options = {"band": test.band, "sensor_mass": self._sensor_mass(test), "whole_band": bool(test.responses)}
@@ -158,6 +161,7 @@ class _ChainBuilder:
     def _drift(self, first: str, others: Sequence[str], modes: Mapping[str, str], machine: str) -> dict[str, str]:
         """Add the comparison of later tests at the pose of the first one; return its place as an input, nothing without any."""
         tests = self.project.tests
+        # At another pose every frequency differs without any change of the machine.
         later_tests = [name for name in others if dict(tests[name].pose) == dict(tests[first].pose)]
         if not later_tests:
             return {}
@@ -227,6 +231,7 @@ class _ChainBuilder:
                       options={"name": name, "cut": cuts[goal["cut"]], "cut_name": goal["cut"], "goal": goal,
                                "struck_pose": self._struck_pose, **tool_options, **self._draws}, outputs=("limits.json",),
                       words=f"limit and probability of the goal {name}")
+        # Changes and measurements are ranked on the machine with its own tool: the coupled one is not part of its file.
         own_tool = {name: goal for name, goal in goals.items() if kinds[name] != "coupled"}
         if machine is not None and own_tool:
             self._advice(machine, cuts, own_tool)
@@ -270,6 +275,7 @@ class _ChainBuilder:
         pose = goal["pose"]
         if goal["stick_out"] is not None:
             return "coupled"
+        # What was measured at a pose counts there before what is computed for it.
         if "machine" not in sources or ("tip" in sources and (not pose or dict(pose) == self._struck_pose)):
             return "tip"
         return "machine"
@@ -297,14 +303,26 @@ class _ChainBuilder:
                 "pose": next(iter(goals.values()))["pose"], "poses": [dict(pose) for pose in poses]},
                 outputs=("next.json",), words="the test that would narrow the answer most")
 
-    def _contours(self) -> None:
+    def _contours(self, machine: str | None) -> None:
+        servo = self.project.servo
+        structure = machine if machine is not None and servo is not None and self._ends_on_machine(servo) else None
         for name, goal in self.project.contours.items():
-            if self.project.servo is None:
+            if servo is None:
                 self.absent_parts.append(f"goal {name}: a servo file (servo: drives.yaml) gives the circle's deviation")
                 continue
-            self._add("contour", f"contour/{name}", _late("modelling", "follow_circle"), {"servo": self.project.servo},
-                      options=_plain(goal), outputs=("contour.json",), words=f"circle of the goal {name}", command=(
-                          "drive", self.project.servo, "--circle", f"{1e3 * goal.radius:g},{6e4 * goal.feed:g}"))
+            inputs = {"servo": servo} | ({} if structure is None else {"machine": structure})
+            self._add("contour", f"contour/{name}", _late("modelling", "follow_circle"), inputs,
+                      options={"goal": _plain(goal), "is_structure_known": machine is not None}, outputs=("contour.json",),
+                      words=f"circle of the goal {name}", command=circle_command(servo, goal, structure))
+
+    def _ends_on_machine(self, servo: str) -> bool:
+        """Whether the structure of the machine is in the loops; a file that cannot be read fails in its own step."""
+        from toolpoint.studies.servos.circle_study import ends_on_machine
+
+        try:
+            return ends_on_machine(io.read_drives(self.root / servo))
+        except (ToolpointError, OSError):
+            return False
 
     def _say_missing(self, sources: Mapping[str, Any]) -> None:
         """Say what one part more would give."""

@@ -81,6 +81,7 @@ class ProjectResults(NotebookText):
         steps = [f"  {entry['step']:24s} {entry['state']:8s} {entry['words']}" for entry in self.data["steps"]]
         rows = [*self.answers, *mark_notes(self.doubts), "Steps", *steps]
         changes = [f"  {change['words']}" for change in self.data["changes"][:3]]
+        changes += [f"  for {name}: {line}" for name, data in self.data["contours"].items() for line in contour_lines(data)]
         rows += ["What to change", *changes] if changes else []
         rows += [self.difference.evidence()] if self.difference is not None else []
         return "\n".join([*rows, *(["Next", *(f"  {line}" for line in self.next_steps)] if self.next_steps else [])])
@@ -91,6 +92,11 @@ class ProjectResults(NotebookText):
 
     def __repr__(self) -> str:
         return f"ProjectResults({self.data['project']!r}, {len(self.answers)} answers, {len(self.data['doubts'])} doubts)"
+
+
+def contour_lines(data: Mapping[str, Any]) -> list[str]:
+    """Return cause and remedies of a missed circle (contour.json), a sentence each; none where it is met."""
+    return [line for line in (data["cause"], *(remedy["words"] for remedy in data["remedies"])) if line]
 
 
 def end_scatter(draws: int) -> float:
@@ -118,7 +124,7 @@ def gather_results(name: str, root: Path, steps: Sequence[ProjectStep], *, run: 
     draws = next((data["draws"] for data in [*goals.values(), *programs.values()]), 0)
     data = {"project": name, "answers": answers, "goals": goals, "programs": programs, "contours": contours, "changes": changes,
             "next": files.get("next") or {},
-            "next_steps": _next_steps(run, goals, programs, files=files, absent_parts=absent_parts),
+            "next_steps": _next_steps(run, goals, programs, contours=contours, files=files, absent_parts=absent_parts),
             "steps": [_step_entry(step, event, run) for step in steps if (event := run.of(step.name)) is not None],
             "doubts": [entry.to_dict() for entry in doubts], "missing": list(absent_parts), "assumptions": list(ASSUMPTIONS),
             "methods": METHODS.format(draws=draws, scatter=100 * end_scatter(max(draws, 1)), version=version)}
@@ -149,8 +155,8 @@ def _answer(step: ProjectStep, event: StepEvent | None, data: Any, doubts: Seque
     return f"{name}: {verdict}; {event.words}.{doubt_words}"
 
 
-def _next_steps(run: RunResult, goals: Mapping[str, Any], programs: Mapping[str, Any], *, files: Mapping[str, Any],
-                absent_parts: Sequence[str]) -> list[str]:
+def _next_steps(run: RunResult, goals: Mapping[str, Any], programs: Mapping[str, Any], *, contours: Mapping[str, Any],
+                files: Mapping[str, Any], absent_parts: Sequence[str]) -> list[str]:
     """Return what to do next: mend what failed, mend the gravest doubts, measure, try a cut, add a part."""
     lines = [f"mend {event.decision.step}: {event.words or event.decision.reason}" for event in run.failed]
     remedies = [f"{entry.step}: {entry.doubt.remedy}" for event in run.events for entry in run.doubts[event.decision.step]
@@ -166,6 +172,8 @@ def _next_steps(run: RunResult, goals: Mapping[str, Any], programs: Mapping[str,
                          f"{1e3 * better_speed['certain_depth_m']:.2g} mm is "
                          "stable there, and 2 % beside it, with 95 %")
     lines += [line for name, data in programs.items() if (line := _program_step(name, data))]
+    lines += [f"for {name} change the {remedy['kind']} as said: {1e6 * remedy['deviation_m']:.3g} µm is within the goal"
+              for name, data in contours.items() for remedy in data["remedies"][:1] if remedy["met"]]
     for name, goal in undecided.items():
         cut = goal["next_cut"]
         lines.append(f"for {name} try a cut of {1e3 * cut['depth_m']:.2g} mm at {cut['speed_rpm']:.5g} rev/min and report it "

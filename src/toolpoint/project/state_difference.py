@@ -8,14 +8,13 @@ from typing import Any
 
 from toolpoint._doubt import Doubt, mark_notes
 from toolpoint._notebook import NotebookText
-from toolpoint._rounding import with_uncertainty
+from toolpoint._rounding import NORMAL_QUANTILE_95, with_uncertainty
 from toolpoint.project.kept_states import KeptState, limit_words
 from toolpoint.studies.text_table import text_table
 
 MAX_LISTED_CHANGES = 12  # files and options that differ
 EQUAL_NUMBERS = 1e-9  # relative difference below which two numbers are the same
 MAX_PAIRED_DIFFERENCE = 0.1  # relative difference of the frequencies of two modes that are one
-NORMAL_HALF_WIDTH = 1.96  # standard deviations, of a 95 % interval
 # Options of a step that say again what a goal, a test or a program says.
 _REPEATED_NAMES = ("name", "cut_name", "has_poses", "struck_pose", "whole_band")
 _ANSWER_KEYS = ("limit_m", "interval_m", "depth_max_m", "stable_probability", "chatter_frequency_hz")
@@ -209,7 +208,7 @@ def _spring_row(path: str, first: Mapping[str, Any] | None, second: Mapping[str,
 def _spring_interval(spring: Mapping[str, Any] | None) -> tuple[float, float] | None:
     if spring is None or spring.get("deviation") is None:
         return None
-    half_width = NORMAL_HALF_WIDTH * float(spring["deviation"])
+    half_width = NORMAL_QUANTILE_95 * float(spring["deviation"])
     return spring["value"] - half_width, spring["value"] + half_width
 
 

@@ -90,6 +90,7 @@ def compare_hits(hits: Sequence[Hit], spectra: Spectra, rules: HitRules
 
 def _limit(misfits: FloatArray, rules: HitRules) -> float:
     """Return the misfit up to which two hits agree, from the 20 % quantile of all pairs."""
+    # Against the good hits of this test: a fifth is taken as good, so that up to four fifths may be bad.
     return max(rules.inconsistent, MAX_MISFIT_RATIO * float(np.quantile(misfits, 0.2)))
 
 

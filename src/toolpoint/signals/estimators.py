@@ -67,7 +67,9 @@ def _check_forces(spectra: Spectra) -> None:
         fail("force", f"input {int(np.argmin(power.max(axis=0)))} is zero", "must excite",
              remedy="check the channel assignment")
     if inputs > 1:
+        # Scaled to coherences between inputs: a weak input beside a strong one is not a correlated one.
         eigenvalues = np.linalg.eigvalsh(spectra.force / np.sqrt(power[:, :, None] * power[:, None, :] + 1e-300))
+        # The median over lines: shakers on one structure move together at its resonances, which is no fault of the signals.
         smallest_median = float(np.median(eigenvalues[:, 0]))
         if smallest_median < 1e-6:
             fail("force", "the inputs are correlated (they move together on most lines)", "must be independent",
@@ -90,6 +92,8 @@ def _h2(spectra: Spectra) -> ComplexArray:
 def _hv(spectra: Spectra) -> ComplexArray:
     """Return the total least squares of each output: the smallest eigenvector of the scaled joint spectrum."""
     lines, outputs, inputs = spectra.cross.shape
+    # Total least squares weighs all channels alike: each is divided by its own level first, or newtons would outweigh
+    # micrometres.
     level = np.sqrt(np.maximum(np.einsum("fii->fi", spectra.force).real, 1e-300))
     result = np.empty((lines, outputs, inputs), complex)
     for o in range(outputs):
@@ -101,6 +105,7 @@ def _hv(spectra: Spectra) -> ComplexArray:
         joint[:, inputs, inputs] = 1.0
         smallest = np.linalg.eigh(joint)[1][:, :, 0].conj()
         last = smallest[:, inputs:]
+        # A line whose response is all noise has its smallest direction among the forces: no response follows from them.
         safe = np.where(np.abs(last) > 1e-12, last, 1.0)
         result[:, o] = np.where(np.abs(last) > 1e-12, -smallest[:, :inputs] / safe, 0.0) * amplitude[:, None] / level
     return result
@@ -160,6 +165,7 @@ def scatter_of_hits(spectra: Sequence[tuple[ComplexArray, ComplexArray]]) -> tup
     total = np.maximum(power.sum(axis=0), 1e-300)
     mean = (response * force.conj()[:, :, None]).sum(axis=0) / total[:, None]
     error = (response - mean * force[:, :, None]) * (force.conj() / total)[:, :, None]
+    # One blow that is all of the power fits itself: its residual is nought and says nothing, so the factor is bounded.
     leverage_factor = 1 / np.maximum(1 - power / total, 1e-9)[:, :, None]
     total_variance = (np.abs(error) ** 2 * leverage_factor).sum(axis=0)
     pseudo_variance = np.abs((error**2 * leverage_factor).sum(axis=0))

@@ -355,6 +355,7 @@ def _select_live_channels(records: Sequence[Record], others: list[int]) -> tuple
 def _line_count(sample_rate: float, block: int, highest: float | None) -> int:
     """Return the number of lines up to the highest frequency."""
     highest_frequency = sample_rate / 2.56 if highest is None else positive("highest", highest, sample_rate / 2)
+    # The product is a whole number in theory, and rounding must not take the last line away.
     return int(np.floor(highest_frequency * block / sample_rate + 1e-9)) + 1
 
 

@@ -126,6 +126,7 @@ def find_hits(force: FloatArray, block: int, rules: HitRules, *, record: int = 0
 def find_pulses(force: FloatArray, rules: HitRules) -> list[int]:
     """Return the first sample of every pulse of a force channel, second ones of double hits among them."""
     force_size = np.abs(force - _quiet_level(force))
+    # Six deviations above the noise, by the median, which the blows themselves do not move.
     trigger_level = max(rules.trigger * float(force_size.max()), 6 * 1.4826 * float(np.median(force_size)))
     return _rises(force_size >= trigger_level) if trigger_level < force_size.max() else []
 
@@ -233,6 +234,7 @@ def is_clipped(values: FloatArray, full_scale: float | None = None) -> bool:
     magnitude = np.abs(values)
     largest = float(magnitude.max())
     if full_scale is not None:
+        # Converters clip at the last code, which their own gain and offset put a little below the stated range.
         return largest >= 0.999 * full_scale
     is_largest = magnitude >= largest * (1 - 1e-9)
     if largest == 0 or is_largest.sum() < 2:
@@ -263,6 +265,7 @@ def _step_at_top(magnitude: FloatArray, largest: float) -> tuple[float, bool]:
 
 def _response_reason(values: FloatArray, peak: int, rules: HitRules, final: float) -> str:
     """Return the reason against a response: dead, still ringing before the hit, or cut off at the end; empty where none."""
+    # Up to four fifths of the way: the rise of the blow itself is no noise.
     quiet = values[:max(int(0.8 * peak), 1)]
     centred = values - (np.mean(values[:max(peak // 2, 1)]) if peak >= MIN_PRETRIGGER_SAMPLES else np.mean(values))
     largest = float(np.abs(centred).max())

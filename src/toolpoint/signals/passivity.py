@@ -204,6 +204,7 @@ def look_outside(lines: BandLines) -> Outside:
         causal_part[row] = 4 / np.pi * step * float(np.sum(grid[other] * loss[other] / (grid[other] ** 2 - grid[k] ** 2)))
     w = grid[places]
     remaining = real[places] - causal_part
+    # Relative errors count, but for antiresonances, where nothing but noise is left.
     weight = 1 / (magnitude[places] + 0.02 * float(magnitude.max()))
     columns = np.stack([np.ones(w.size), -(omega[0] / w) ** 2], axis=1)
     above, below = np.linalg.lstsq(columns * weight[:, None], remaining * weight, rcond=None)[0]

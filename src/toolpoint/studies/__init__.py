@@ -100,6 +100,7 @@ if TYPE_CHECKING:
     from toolpoint.studies.screening.planned import improve_by_plan, run_plan
     from toolpoint.studies.screening.robot_demo import run_demo as run_robot_demo
     from toolpoint.studies.screening.screen import screen
+    from toolpoint.studies.servos.circle_study import study_circle
     from toolpoint.studies.servos.drive_experiment import run_drives
     from toolpoint.studies.servos.drive_structure import question_structure, structure_of
     from toolpoint.studies.servos.drive_tuning import TuningTarget, tune_drives
@@ -257,6 +258,7 @@ __all__ = [
     "stock_of",
     "structure_of",
     "study_base_reactions",
+    "study_circle",
     "study_datasheet",
     "study_described_records",
     "study_drift",
@@ -383,8 +385,8 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "screening.metrics": ("NamedMetrics",),
     "screening.planned": ("improve_by_plan", "run_plan"),
     "screening.robot_demo": ("run_demo as run_robot_demo",), "screening.screen": ("screen",),
-    "servos.drive_experiment": ("run_drives",), "servos.driven_responses": ("study_driven_responses",),
-    "servos.drive_structure": ("question_structure", "structure_of"),
+    "servos.circle_study": ("study_circle",), "servos.drive_experiment": ("run_drives",),
+    "servos.driven_responses": ("study_driven_responses",), "servos.drive_structure": ("question_structure", "structure_of"),
     "servos.servo_data": ("judge_servo_data",), "servos.servo_map": ("map_servo",),
     "servos.step_test": ("StepSetting", "step_drives"),
     "servos.drive_tuning": ("TuningTarget", "tune_drives"),

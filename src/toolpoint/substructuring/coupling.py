@@ -170,6 +170,7 @@ def _constraint(uncoupled: SecondOrderSystem, links: Sequence[Link]) -> FloatArr
     norms = np.linalg.norm(rows, axis=1)
     if (norms == 0).any():
         fail("links", f"{links[int(np.argmin(norms))]}", "joins two places that cannot move")
+    # A motion that is held twice leaves the force between both links open: the matrix of the dual form would be singular.
     rank = np.linalg.matrix_rank(rows / norms[:, None], tol=LINK_RANK_TOLERANCE)
     if rank < len(rows):
         fail("links", f"{len(rows)} links of rank {rank}", "must hold different motions",

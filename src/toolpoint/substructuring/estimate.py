@@ -163,6 +163,7 @@ def _bounds(squares: FloatArray, lower_ends: FloatArray, residual: FloatArray, s
     result = np.full(n, np.inf)
     for first in range(n):
         for last in range(first, min(first + MAX_CLUSTER_SIZE, n - 1)):
+            # The gap must hold for the true eigenvalues, which lie below the computed ones by up to their own error.
             next_lower_end = float(lower_ends[last + 1:last + 1 + MAX_CLUSTER_SIZE].min())
             gap = next_lower_end - squares[last]
             if gap <= 0 or squares[first] <= 0:
@@ -188,6 +189,7 @@ def choose_size(shapes: ShapeSpan, surroundings: Surroundings, modes: int, *, er
         fail("error", f"{error:g}", f"all {size_max} shapes give {solved.error.max():.2g}",
              remedy="span the body with a wider band or responses of a higher order")
     while size_min < size_max:
+        # The estimate falls as shapes are added, but for rounding, so halving finds the least number in a few solutions.
         size = (size_min + size_max) // 2
         reduction = shapes.reduced(size)
         trial = couple_reduced(reduction, surroundings, modes)

@@ -148,9 +148,13 @@ def _couple_to_last_digits(values: ComplexArray, rows: FloatArray, columns: Floa
         exact = values[part].astype(np.clongdouble)
         moved, driven = long_rows @ exact, exact @ long_columns.T
         interface = moved @ long_columns.T + (compliance if len(compliance) == 1 else compliance[part])
+        # Translations (1e-8 m/N) and rotations (1e-5 rad/N m) stand side by side: unscaled, the condition would be that of
+        # units.
         scaled, left, right = _scale_interface(interface.astype(complex))
         inverse = np.linalg.inv(scaled) / (right[..., :, None] * left[..., None, :])
         solved = (inverse @ moved.astype(complex)).astype(np.clongdouble)
+        # Stiff interfaces subtract receptances that are nearly alike: the residual in extended precision gives the lost
+        # digits back.
         for _ in range(COUPLING_REFINEMENTS):
             solved = solved + inverse @ (moved - interface @ solved).astype(complex)
         result[part] = exact - driven @ solved

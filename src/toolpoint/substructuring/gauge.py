@@ -78,6 +78,7 @@ def identify_base(frf: Frf, gauge: ShaftDescription, plane: str = "x", *, calibr
         # Noise is of each plane's own responses, the gain is of the hammer: it comes from the generator that both planes
         # share.
         noise = 0 if pairs.variance is None else complex_noise(pairs.variance, draws, generator)
+        # A gain is uncertain by a factor: its logarithm is drawn, so that no draw turns the sign.
         gains = np.exp(calibration * shared.normal(size=draws))
         drawn = _drawn_bases(pairs, gauge, lines.frequency, gains[:, None, None] * (pairs.values + noise), shared)
     elif draws:
@@ -173,6 +174,7 @@ def _base(pairs: _Pairs, gauge: ShaftDescription, frequency: FloatArray, measure
     held = _held_gauge(pairs, gauge, frequency)
     deflections = 2 * held.sections
     # H' from the pairs, then H_b = H' (I - Z H')^-1: solved from the right, the base's receptance is never inverted.
+    # What the gauge does with its base held stands still is known from its drawing: only the rest tells of the spindle.
     joined, misfit = held.unknowns(measured - held.held[:, deflections[pairs.output], deflections[pairs.input]])
     right = np.linalg.solve(np.swapaxes(np.eye(2) - held.base_stiffness @ joined, -1, -2), np.swapaxes(joined, -1, -2))
     base = np.swapaxes(right, -1, -2)

@@ -263,6 +263,7 @@ def span(body: LargeBody, method: ReductionMethod, *, shift: float | None = None
     shift : s0, rad^2/s^2; where left out 0 for a held body, (2 pi band/10)^2 for a free one.
     """
     if shift is None:
+        # A tenth of the band: K of a free body gets an inverse, and modes in the band hardly notice.
         shift = 0.0 if body.rigid is None else (2 * np.pi * 0.1 * method.band) ** 2
     prepared = prepare(body, shift)
     raw = method.shapes(prepared)

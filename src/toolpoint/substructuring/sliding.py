@@ -74,6 +74,7 @@ def tabulate(shapes: FloatArray, weights: SlidingWeights, position_min: float, *
 
 def table_positions(position_min: float, position_max: float, step: float) -> FloatArray:
     """Return the positions of a table's entries (m), at most `step` apart, at least four."""
+    # A cubic between places needs four of them.
     count = max(int(np.ceil((position_max - position_min) / positive("step", step) - 1e-9)), 3) + 1
     return np.linspace(position_min, position_max, count)
 

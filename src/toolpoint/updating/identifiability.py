@@ -166,6 +166,7 @@ def _deviations(jacobian: FloatArray, order: list[int]) -> FloatArray:
     for j in set(range(jacobian.shape[1])) - set(order):
         others = jacobian[:, j] - basis @ (basis.T @ jacobian[:, j])
         size, length = float(np.linalg.norm(others)), float(np.linalg.norm(jacobian[:, j]))
+        # What is left of a column behind the others is rounding: the parameter follows from them, and has no interval.
         result[j] = 1 / size if size > 1e-10 * max(length, 1e-300) else np.inf
     return result
 

@@ -89,6 +89,7 @@ def natural_omega(squares: FloatArray, mass: FloatArray, stiffness: FloatArray) 
     # Rounding leaves rigid modes at about 1e-16 of the largest eigenvalue of either sign; a truly negative one is an
     # unstable (buckled, or upside-down) configuration and must not be hidden.
     scale = np.abs(stiffness).max(axis=(-1, -2)) / np.abs(mass).max(axis=(-1, -2))
+    # Of a system with rigid modes alone all squares are rounding: the matrices themselves then give the scale.
     largest = np.maximum(np.abs(squares).max(axis=-1), scale)
     rigid_limit = RIGID_TOLERANCE * 1e-3 * largest[..., None]
     if (squares < -1e3 * rigid_limit).any():
@@ -281,6 +282,7 @@ def clusters(values: ComplexArray | FloatArray, tolerance: float = REPEATED_TOLE
     """Return groups of indices whose values agree within `tolerance` of their size; values sorted by magnitude."""
     groups: list[list[int]] = []
     for i, value in enumerate(values):
+        # Sorted by size, poles of one cluster stand a few places apart at most: conjugates and equal moduli come between.
         for group in reversed(groups[-4:]):
             if abs(value - values[group[0]]) <= tolerance * max(abs(value), abs(values[group[0]])):
                 group.append(i)
@@ -295,7 +297,9 @@ def _inverse_root(gram: ComplexArray) -> ComplexArray:
     if gram.shape == (1, 1):
         root = np.sqrt(gram + 0j)
     else:
+        # The symmetric root: any other would turn the vectors of a repeated pole by an arbitrary rotation.
         root = np.asarray(scipy.linalg.sqrtm((gram + gram.T) / 2))
+    # The product of vectors of a defective root is zero; 1e7 is where half of the digits of a vector are gone.
     if abs(np.linalg.det(root)) == 0 or np.linalg.cond(root) > 1e7:
         fail("solve_damped", "a defective root (critical damping of a coordinate)", "its modes do not exist",
              remedy="change the damping a little, or use frequency_response.direct")

@@ -137,6 +137,7 @@ def _pole_factors(modes: Modes, omega: FloatArray) -> tuple[ComplexArray, Comple
     """Return 1/(i w - s_r) and 1/(i w - s_r^*), shape (..., n_f, n_modes); a real pole has the first alone."""
     s, i_omega = modes.poles[..., None, :], 1j * omega[:, None]
     rigid = modes.is_rigid[..., None, :]
+    # A real pole has no conjugate: counted as a pair it would answer twice.
     is_real_pole = (np.abs(s.imag) <= 1e-12 * np.abs(s)) & ~rigid
     with np.errstate(divide="ignore", invalid="ignore"):
         # A rigid mode has a double pole at zero, and unit modal mass in place of modal A: its whole response is -1/w^2.

@@ -82,6 +82,7 @@ class Frf(NotebookText):
     def __post_init__(self) -> None:
         put = object.__setattr__
         frequency = nonnegative("Frf.frequency", increasing("Frf.frequency", floats("Frf.frequency", self.frequency)))
+        # The commonest slip of callers, whose general message (three axes wanted) would not say what to do.
         if np.shape(self.values) == frequency.shape:
             fail("Frf.values", f"shape {frequency.shape}", "must be lines x outputs x inputs",
                  remedy="a single response is values[:, None, None]")
@@ -164,6 +165,7 @@ class Frf(NotebookText):
         if self.values.ndim == 3:
             fail("at_pose", "a single pose", "must be a batch")
         select = (lambda a: None if a is None else a[index])
+        # The draws come first, the poses behind them.
         draws = None if self.draws is None else self.draws[:, index]
         return replace(self, values=self.values[index], coherence=select(self.coherence), variance=select(self.variance),
                        draws=draws)
@@ -188,6 +190,8 @@ class Frf(NotebookText):
         def between(array: ComplexArray) -> ComplexArray:
             return np.asarray(array[..., lower, :, :] * (1 - fraction) + array[..., upper, :, :] * fraction)
 
+        # Draws go along, a variance does not: that of an interpolated value would need the covariance of neighbouring
+        # lines.
         draws = None if self.draws is None else between(self.draws)
         return replace(self, frequency=lines, values=between(self.values), coherence=None, variance=None, draws=draws)
 
@@ -249,6 +253,7 @@ def _join_draws(frfs: list[Frf], axis: int) -> ComplexArray | None:
     draws = [frf.draws for frf in frfs if frf.draws is not None]
     if len(draws) < len(frfs):
         return None
+    # Draw k of one part belongs to draw k of the others: taking some at random would lose what they share.
     return np.concatenate([part[:min(map(len, draws))] for part in draws], axis=axis)
 
 

@@ -21,6 +21,7 @@ from toolpoint._check import (
     real_or_complex,
 )
 from toolpoint._notebook import NotebookText
+from toolpoint._rounding import NORMAL_QUANTILE_95
 from toolpoint.vibration.dof import Dof, check_labels, positions
 from toolpoint.vibration.frf import Frf
 
@@ -136,6 +137,7 @@ class Modes(NotebookText):
         if self.scaling == "unit modal mass":
             for note in remark_overdamped(ratio):
                 if not any(text.startswith(_OVERDAMPED_REMARK) for text in self.notes):
+                    # Four frames up: at the line of the caller, past the constructor that a dataclass writes.
                     warnings.warn(note, ToolpointWarning, stacklevel=4)
                     object.__setattr__(self, "notes", (*self.notes, note))
         elif ratio.max(initial=0.0) > 1 + 1e-9:
@@ -195,7 +197,8 @@ class Modes(NotebookText):
             fail("Modes.covariance", "none", "must be given for an interval",
                  remedy="identify with a method that estimates it")
         variance = self.covariance[..., quantity, quantity]
-        return 1.959964 * np.sqrt(np.where(variance >= 0, variance, np.nan))
+        # A variance below zero marks a mode whose interval is not known: no number is better than one that looks exact.
+        return NORMAL_QUANTILE_95 * np.sqrt(np.where(variance >= 0, variance, np.nan))
 
     def shape_at(self, dofs: Iterable[Dof | str | int]) -> Array:
         """Return the rows of the shapes at these Dofs, shape (..., n_wanted, n_modes)."""
@@ -258,6 +261,7 @@ class Modes(NotebookText):
         if self.scaling != "unit modal mass":
             fail("with_damping", f"scaling {self.scaling!r}", "must be 'unit modal mass'")
         ratio = floats("ratio", np.broadcast_to(ratio, self.frequency.shape))
+        # A rigid-body mode has no frequency to which a ratio could belong.
         return replace(self, damping_ratio=np.where(self.frequency > 0, ratio, 0.0), damping=kind, covariance=None)
 
     def noted(self, note: str) -> Modes:

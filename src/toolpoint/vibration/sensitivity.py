@@ -141,6 +141,8 @@ def _split_repeated(
                 continue
             z = vectors[pose][:, group]
             for p in range(len(derivatives.names)):
+                # Vectors of a repeated root are any basis of their plane; the slopes are those of the basis that the
+                # parameter parts it into.
                 form = z.T @ _slope_form(derivatives, p, pose, squares[pose][group[0]]) @ z
                 result[(*pose, p, group)] = np.linalg.eigvalsh((form + form.T) / 2)
     return result

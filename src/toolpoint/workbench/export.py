@@ -26,6 +26,7 @@ EXPORTED_SPEEDS = 11  # over the range of a cut
 EXPORTED_CUT_VALUES = 7  # of every slider of a cut, at its asked speed, one at a time
 MAX_EXPORTED_SPRINGS = 40  # springs with a slider; those that yield most
 Progress = Callable[[str, int, int], None]
+# As that of the server, but for scripts beside the page, which a browser takes from files only so.
 FOLDER_POLICY = ("default-src 'none'; script-src 'self' file:; style-src 'self' file: 'unsafe-inline'; img-src data: blob:; "
                  "base-uri 'none'; form-action 'none'")
 

@@ -23,6 +23,7 @@ from toolpoint.project.limits.line_draws import read_work_file
 if TYPE_CHECKING:
     from toolpoint.substructuring import PlaneReceptance, SpindleReceptance
 
+# Usual speeds of milling spindles: the tool alone, without a machine file, says nothing of its range.
 DEFAULT_CHART_SPEEDS = np.linspace(3000, 20000, 60)  # rev/min
 # Shares in percent, as a person types them; `Uncertainty` takes fractions.
 Spreads = Annotated[dict[str, Any], Reading(
@@ -52,6 +53,7 @@ def lobes(run: Frame, source: Dynamics, cut: CutValues, *, speeds: Speeds = None
                                        "modes make them take long.")] = False) -> None:
     """Stability lobes of a milling cut, from a machine file, from measured FRFs, or from saved modes."""
     progress, dynamics = run.progress_of_parts(), source.read()
+    # Recordings are judged before the chart is computed: one that cannot be read must not cost the minutes of it.
     recordings = [(speed, depth, io.read_listened(outcome)) for speed, depth, outcome in tried if isinstance(outcome, Path)]
     decided = [(speed, depth, outcome) for speed, depth, outcome in tried if isinstance(outcome, bool)]
     judged, notes = studies.hear_tried(recordings, cut.get("teeth")) if recordings else ([], [])
@@ -115,7 +117,7 @@ def mill(run: Frame, source: Dynamics, cut: CutValues, *, speed: Speed, depth: D
 def map_chatter(run: Frame, machine: MachineFile, axes: Axes, *, feed_directions: Annotated[Angles | None, Help(
         "Angles of the feed from x towards y, degrees; that of the cut where left out.", metavar="0,45,90|0:135:4")] = None,
                 cut: CutValues, speeds: Annotated[SpindleSpeeds | None, Help(
-                    "Spindle speeds, rev/min; 60 of the cut's where left out.", metavar="3000:20000:60")] = None,
+                    "Spindle speeds, rev/min; 60 over the range of the cut where left out.", metavar="3000:20000:60")] = None,
                 work: Annotated[SourceFile | None, Help("Work that gives way too, along the tool's x and y: its modes (HDF5, "
                                                         "universal), or a machine file whose tool is the place cut.")] = None,
                 method: Method = "auto", workers: Workers = 0, folder: Folder = None) -> None:
@@ -182,7 +184,7 @@ class Spindle:
                                        "all responses of a gauge.", metavar="PERCENT", minimum=0, scale=1e-2)] = 1.0
 
     def __post_init__(self) -> None:
-        """Refuse none and several."""
+        """Refuse a spindle from no source, and one from several."""
         if bool(self.frf) == (self.machine is not None):
             raise ToolpointError("spindle: neither or both of --frf and --machine given; give --frf FILES --gauge GAUGE.yaml, "
                                  "--frf FILES --at POINT, or --machine FILE --at POINT")
@@ -221,6 +223,7 @@ def rcsa(run: Frame, tool: Annotated[SourceFile, Argument()], spindle: Spindle, 
     TOOL is a shaft file: segments from the spindle to the tip. The spindle comes from a gauge that was struck in it, from
     responses with rotations, or from a machine file.
     """
+    # A cut without --lobes would be read and thrown away in silence.
     if cut and not lobes:
         raise ToolpointError(f"--{PARAMETERS[next(iter(cut))].option} is of a cut: add --lobes")
     shaft, generator = io.read_shaft(tool), np.random.default_rng(seed)

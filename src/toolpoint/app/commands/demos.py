@@ -18,8 +18,9 @@ from toolpoint._doubt import mark_notes
 from toolpoint.app.declare import Argument, Help, command
 from toolpoint.app.frame import Frame
 
-DEFAULT_DEMO = "machining-centre"
+DEFAULT_DEMO = "machining-centre"  # the quickest: it needs no compiler
 MACHINE_FOLDER = Path(__file__).parents[1] / "machines"
+# The same machine without feed drives and with them: what they cost in stiffness is what the page shows.
 CASTING_FILE, DRIVE_FILE = "three_axis_vertical.yaml", "three_axis_vertical_drives.yaml"
 
 MILL_FILE = "small_mill.yaml"
@@ -156,6 +157,7 @@ def run_project_demo(run: Frame) -> None:
     run.step("records")
     output = run.output or Path("toolpoint-report")
     folder = output.with_name(f"{output.stem}-mill") if output.suffix else output / "mill"
+    # A second run goes on with the folder of the first: the files of a person in it are never written over.
     if not (folder / "project.yaml").exists():
         project.write_demo(folder)
     opened = project.Project.open(folder)

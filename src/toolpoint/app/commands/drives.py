@@ -1,4 +1,4 @@
-"""Commands about drives: drive (a drive file and a program, a circle, a map or a unit) and servo-data."""
+"""Commands about drives: drive (along a program or a circle, over a map, in steps, tuned, or as a unit) and servo-data."""
 
 from __future__ import annotations
 
@@ -12,14 +12,16 @@ from toolpoint._doubt import Doubt, mark_notes
 from toolpoint.app.declare import Argument, Help, Reading, command
 from toolpoint.app.frame import Frame
 from toolpoint.app.options import Pose
-from toolpoint.app.values import AxisPositions, AxisRange, NewFile, SourceFile
-from toolpoint.io.quantities.written import read_circle, read_pairs, read_servo_step
+from toolpoint.app.values import AxisPositions, AxisRange, Length, NewFile, SourceFile
+from toolpoint.io.quantities.written import read_axis_names, read_circle, read_pairs, read_servo_step
+from toolpoint.machine.description.project_plan import ContourGoal
 
 if TYPE_CHECKING:
     from toolpoint.drives.description import DriveDescription
     from toolpoint.machine import Machine
 
 Circle = Annotated[tuple[float, float], Reading(read_circle, "RADIUS,FEED in mm and mm/min, for example 50,4000")]
+TwoAxes = Annotated[tuple[str, str], Reading(read_axis_names, "two axes, as X,Z")]
 Step = Annotated[tuple[str, str, float, bool], Reading(
     read_servo_step, "AXIS:LEVEL=HEIGHT, for example X:velocity=500mm/min, X:position=0.5mm, X:current=2A or X:current=3%")]
 Unit = Annotated[dict[str, str], Reading(lambda text: read_pairs(text, str, "COLUMN=UNIT, for example pos=mm"))]
@@ -30,6 +32,11 @@ def drive(run: Frame, drives: Annotated[SourceFile, Argument()], *,
           program: Annotated[SourceFile | None, Help("G-code (ISO and the common Siemens words), mm.",
                                                      excludes="--circle")] = None,
           circle: Annotated[Circle | None, Help("A circular test instead, mm and mm/min.", metavar="RADIUS,FEED")] = None,
+          plane: Annotated[TwoAxes | None, Help("Axes of the circle; X,Y where left out.", metavar="X,Z",
+                                                needs="--circle")] = None,
+          deviation: Annotated[Length | None, Help("Radial deviation that the circle may have; where it has more, gains and "
+                                                   "feeds that meet it are looked for.", metavar="10um",
+                                                   needs="--circle")] = None,
           machine: Annotated[SourceFile | None, Help("Machine file whose structure the drives push against.")] = None,
           pose: Pose = None,
           grid: Annotated[tuple[AxisRange, ...], Help("Margins and bandwidth over positions of the machine, with --circle its "
@@ -54,9 +61,10 @@ def drive(run: Frame, drives: Annotated[SourceFile, Argument()], *,
           fmu: Annotated[NewFile | None, Help("Write the servo as a co-simulation unit (FMI 2.0) here.")] = None,
           fmu_sources: Annotated[bool, Help("The unit with its C sources only: no compiler needed here.")] = False) -> None:
     """Contour error, torque and loops of a servo along a program or a circle; DRIVES is a YAML file of axes and control.
-    Rotary axes (kind reducer) have no path of their own: without one their loops are told."""
+    Rotary axes (kind reducer) have no path of their own: without a path their loops are shown."""
     description = io.read_drives(drives)
     built = None if machine is None else io.read_machine_at(machine, pose)
+    # Each of these is a study of its own: the first that is asked for is all that the command does.
     if grid and built is not None:
         positions = io.lay_grid(built, grid)
         mapped = studies.map_servo(description, machine=built, grid=positions, circle=circle, progress=run.progress("poses"))
@@ -73,6 +81,12 @@ def drive(run: Frame, drives: Annotated[SourceFile, Argument()], *,
         run.write("Drive file", save, io.write_gains, drives, tuned.drives)
         run.present(pages.tuning_page, tuned, warnings=run.warnings)
         return
+    if deviation is not None and circle is not None:
+        goal = ContourGoal(*circle, deviation, plane or ("X", "Y"), pose or {})
+        study = studies.study_circle(description, goal, machine=built, progress=run.step)
+        run.present(pages.circle_page, study, source_text=drives.read_text(encoding="utf-8-sig"), warnings=run.warnings)
+        return
+    # The unit is written before the path is run: it does not depend on the run, and may be all that is asked for.
     doubts = [] if fmu is None else _export(run, description, built, pose, fmu, fmu_sources)
     if program is None and circle is None:
         if fmu is None:
@@ -85,8 +99,8 @@ def drive(run: Frame, drives: Annotated[SourceFile, Argument()], *,
         return
     parsed_program = None if program is None else io.read_program(program, feed=feed, cutter_radius=cutter_radius)
     path, remarks = (None, ()) if parsed_program is None else (parsed_program.path, parsed_program.notes)
-    experiment = studies.run_drives(description, path=path, circle=circle, machine=built, pose=pose, ideal=ideal,
-                                    remarks=remarks, progress=run.step)
+    experiment = studies.run_drives(description, path=path, circle=circle, plane=plane or ("X", "Y"), machine=built,
+                                    pose=pose, ideal=ideal, remarks=remarks, progress=run.step)
     # The page has the notes of the result by itself; the terminal prints them before the warnings.
     warned, run.warnings[:0] = list(run.warnings), experiment.notes
     run.present(pages.drive_page, experiment, source_text=drives.read_text(encoding="utf-8-sig"), warnings=warned,

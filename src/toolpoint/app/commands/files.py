@@ -18,6 +18,7 @@ from toolpoint.app.frame import Frame
 from toolpoint.app.options import Files, Naming, Quantity
 from toolpoint.app.values import AnyPath, SourceFile
 
+# What a person does with a new file, in order; {0} stands for its name.
 NEXT_COMMANDS = {"machine": ("check {0}", "report {0}", "map {0} --axis ..."),
                  "servo": ("check {0}", "drive {0} --circle 50,4000"),
                  "components": ("check {0}", "joints test.uff --geometry test.uff --components {0}"),
@@ -43,6 +44,8 @@ def new(run: Frame, kind: Annotated[Literal["machine", "servo", "components", "c
         run.show_text(*(f"{name}: {words}" for name, words in names.items()))
         if listed:
             return
+        # A machine of no kind in particular would be edited into nonsense: the list is shown, and the choice left to the
+        # person.
         raise ToolpointError(f"--template: missing; must be one of {', '.join(names)}")
     if kind == "project":
         place = file or Path("my_project")
@@ -131,7 +134,7 @@ def _convert_page(files: Sequence[Path], folder: Path, pictures: str | None, tab
 def schema(kind: Annotated[str, Argument()] = "machine") -> None:
     """The JSON schema of a KIND of file, for editors that check YAML while it is typed.
 
-    KIND is machine (the default), servo, choice (of `identify --choice`), components, test, shaft, plan or datasheet.
+    KIND is machine (the default), servo, choice (of `identify --choice`), components, test, shaft, plan, datasheet or project.
     """
     click.echo(json.dumps(io.json_schema(kind), indent=2))
 
@@ -150,6 +153,7 @@ def doctor(run: Frame, *, compile: Annotated[bool, Help("Compile all kernels now
     else:
         result = studies.examine_environment()
     run.show(result)
+    # Scripts ask the exit code: what is missing must not look like success.
     if not result.is_whole:
         raise SystemExit(1)
 

@@ -36,6 +36,7 @@ class LiveSound:
                 console.remark(each.words)
                 windows.append(each)
         except ToolpointError as error:
+            # A device that ends is no fault once something was heard: what was judged until then stands.
             if not windows:
                 raise
             console.warning(str(error))

@@ -39,6 +39,7 @@ def report(run: Frame, machine: Annotated[SourceFile | None, Argument()] = None,
 
 def _next(machine: Any, file: str) -> list[str]:
     """Return the commands that look at the machine elsewhere: over its first axis, and at the end of its travel."""
+    # An axis without end (a spindle, a table that turns on) has no travel to lay a map over.
     axis = next((axis for axis in machine.chain.axes if abs(axis.lower) + abs(axis.upper) < 1e3), None)
     if axis is None:
         return [f"sensitivity {file}"]
@@ -47,6 +48,7 @@ def _next(machine: Any, file: str) -> list[str]:
     return [f"map {file} --axis {axis.name}={first_position}:{last_position}:21", *lobes]
 
 
+# Files of matrices may hold several: which is stiffness and which is mass cannot be told from them.
 TwoNames = Annotated[tuple[str, str], Reading(read_two_names, "two names with a comma between them, such as KAA,MAA")]
 
 

@@ -211,6 +211,7 @@ def machining(run: Frame, program: Annotated[SourceFile, Argument()], dynamics: 
         zero=dynamics.zero or {}, speed=speed, spacing=spacing, limits=limits, part=part_faces,
         drives=servo, rotary_speed=above.rotary_speed, rotary_acceleration=above.rotary_acceleration,
         raises_speed=faster)
+    # What is written are the advised words: without the advice there would be none.
     with_advice = with_advice or faster or write is not None
     if parsed.is_tilted:
         staged = studies.run_stages(parsed, setup, source, name=program.name, text=text, lobes=lobes, folder=folder,

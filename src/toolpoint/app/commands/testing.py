@@ -30,6 +30,7 @@ if TYPE_CHECKING:
 
 Shaker = Annotated[tuple[str, dict[str, float]], Reading(
     read_shaker, "NAME=VALUE with commas between, for example stands=table,body=20kg,armature=0.4kg,suspension=5N/mm")]
+# Options that the test file states: beside one they would say something else than it does, and are refused.
 TEST_FILE_OPTIONS = ("channel", "struck", "name", "rate", "variables", "excitation", "resolution", "zoom", "settle")
 
 

@@ -70,6 +70,7 @@ def bar_stiffness(section: BarSection, length: float) -> FloatArray:
         stiffness[np.ix_(rows, rows)] = rigidity / length * np.array([[1.0, -1.0], [-1.0, 1.0]])
     for rows, signs, bending, shear in ((_PLANE_1, _SIGN_1, section.bending_1, section.shear_1),
                                         (_PLANE_2, _SIGN_2, section.bending_2, section.shear_2)):
+        # Zero, as bulk data write it where it is left out, stands for a section that does not shear.
         phi, l = 12 * bending / (shear * length**2) if shear > 0 else 0.0, length
         plane = bending / ((1 + phi) * l**3) * np.array([
             [12.0, 6 * l, -12.0, 6 * l], [6 * l, (4 + phi) * l**2, -6 * l, (2 - phi) * l**2],

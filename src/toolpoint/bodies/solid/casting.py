@@ -130,6 +130,7 @@ def check_mesh_size(size: float, cells: float, max_cells: int) -> None:
 def _divide_sides(sides: FloatArray, size: float) -> FloatArray:
     """Return planes through all sides with no step above `size`; sides within 1e-9 of the extent are one."""
     sides = np.unique(sides)
+    # Planes of a drawing that coincide may differ by rounding of sums; an element between them would have no thickness.
     tolerance = 1e-9 * (sides[-1] - sides[0])
     sides = sides[np.concatenate([[True], np.diff(sides) > tolerance])]
     # The factor keeps a side that is a whole multiple of the size, but for rounding, from one element more.

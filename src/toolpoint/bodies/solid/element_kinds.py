@@ -136,6 +136,7 @@ _TET_2 = _tet_rule([(0.25, [_A, _A, _A, _B])])
 _TET_4 = _tet_rule([(-6 * 74 / 5625, [0.25] * 4), (6 * 343 / 45000, [11 / 14, 1 / 14, 1 / 14, 1 / 14]),
                     (6 * 56 / 2250, [_P, _P, _Q, _Q])])
 
+# Three points a side: with two (reduced integration) six motions of an element would have no stiffness.
 HEXAHEDRON = ElementKind("hexahedron", _HEX_NODES, HEX_SIDES, _HEX_FACES, *_gauss_cube(3), *_gauss_cube(3))
 TETRAHEDRON = ElementKind(
     "tetrahedron", np.vstack([np.zeros(3), np.eye(3), np.vstack([np.zeros(3), np.eye(3)])[TET_SIDES].mean(axis=1)]), TET_SIDES,

@@ -60,6 +60,7 @@ def thin_triangles(nodes: FloatArray, triangles: IndexArray, max_nodes: int) -> 
         _, first, inverse = np.unique(np.column_stack([grid, faces[order]]), axis=0, return_index=True, return_inverse=True)
         chosen, owner = order[first], np.empty(len(nodes), dtype=np.int64)
         owner[order] = inverse.ravel()
+        # Coarser step by step, as the number of triangles that a grid leaves is not known before it is laid.
         cells *= 0.85
     thinned = owner[triangles]
     is_flat = (thinned == np.roll(thinned, 1, axis=1)).any(axis=1)

@@ -46,6 +46,7 @@ class Material:
         positive("Material.density", self.density)
         nonnegative("Material.loss_factor", np.asarray(scalar("Material.loss_factor", self.loss_factor)))
         ratio = scalar("Material.poisson", self.poisson)
+        # At a half the bulk modulus is infinite, and elements without pressure of their own lock long before.
         if not -1 < ratio < 0.4999:
             fail("Material.poisson", f"{ratio:g}", "must be above -1 and below 0.4999",
                  remedy="a material that keeps its volume (0.5) needs mixed elements; rubber is better a joint")

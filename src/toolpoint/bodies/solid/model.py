@@ -158,6 +158,7 @@ class SolidModel(NotebookText):
 
     def node_matrices(self) -> tuple[NodeMatrix, NodeMatrix]:
         """Return stiffness (N/m) and mass (kg) by node pairs, half of them stored: for a large body that is solved once."""
+        # Stiffness and mass share one pattern, so that one order of elimination serves all their sums.
         pattern = pattern_of([block.nodes for block in self.blocks], len(self.nodes))
         return self._sum(self.blocks, 3, pattern), self._sum(self.blocks, 1, pattern)
 
@@ -200,6 +201,7 @@ class SolidModel(NotebookText):
         total = None
         for name, part in parts.items():
             factor = positive(f"scales[{name!r}]", factors.get(name, 1.0))
+            # Most scales are one: a copy of a part of a large body would take as long as the sum itself.
             term = part if factor == 1 else csc_array(part * factor)
             total = term if total is None else csc_array(total + term)
         assert total is not None

@@ -108,6 +108,7 @@ class RoundCasting:
 
 def _divide_heights(sides: FloatArray, size: float) -> FloatArray:
     """Return planes through all ends with no step above `size`."""
+    # A height that is a whole number of sizes must not get one element more by the rounding of the quotient.
     steps = np.maximum(np.ceil(np.diff(sides) / size * (1 - 1e-12)), 1).astype(int)
     parts = [np.linspace(a, b, n + 1)[:-1] for a, b, n in zip(sides[:-1], sides[1:], steps, strict=True)]
     return np.concatenate([*parts, sides[-1:]])

@@ -215,6 +215,7 @@ def probability(problem: MillingProblem, parameters: Sequence[Uncertain], speeds
     w = floats("depths", np.atleast_1d(depths))
     n = floats("speeds", np.atleast_1d(speeds))
     deviation = np.array([p.deviation for p in parameters])
+    # A wide deviation would draw stiffness below nought: a twentieth is as soft as any draw gets.
     factors = np.maximum(1 + deviation * rng.standard_normal((count("samples", samples), deviation.size)), 0.05)
     names = tuple(p.name for p in parameters)
     moved_limits = _picked_draws(limit_draws, samples, n.size, rng)

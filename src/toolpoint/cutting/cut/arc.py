@@ -61,10 +61,13 @@ def gauss(n: int) -> tuple[FloatArray, FloatArray, FloatArray]:
 def lagrange(x: FloatArray, points: FloatArray) -> FloatArray:
     """Return the interpolation matrix from Gauss nodes x to points, by the barycentric formula."""
     gap = x[:, None] - x[None, :] + np.eye(x.size)
+    # Products of many differences below one underflow; only their ratios count, so logarithms are taken and the largest is
+    # one.
     log = -np.log(np.abs(gap)).sum(1)
     sign = np.prod(np.sign(gap), axis=1)
     weight = sign * np.exp(log - log.max())
     difference = points[:, None] - x[None, :]
+    # At a node the quotient is infinite over infinite: the row is that of the node alone.
     exact = np.abs(difference) < 1e-15
     with np.errstate(divide="ignore", invalid="ignore"):
         terms = weight / np.where(exact, 1.0, difference)
@@ -80,6 +83,8 @@ def breaks(engagement: Engagement, teeth: int) -> FloatArray:
     remainder = engagement.arc % pitch
     if engagement.arc < pitch - 1e-12:
         return np.array([0.0, engagement.arc])
+    # A whole number of pitches: the number of teeth in cut never changes, and a part of 1e-9 would be a part with nodes of
+    # its own.
     if remainder < 1e-9 or pitch - remainder < 1e-9:
         return np.array([0.0, pitch])
     return np.array([0.0, remainder, pitch])

@@ -50,6 +50,7 @@ class CuttingCoefficients(NotebookText):
             object.__setattr__(self, name, value)
         if self.kt <= 0:
             fail("CuttingCoefficients.kt", f"{self.kt:g}", "must be above zero")
+        # A warning, not an error: wax, foam and numbers made dimensionless are softer than any metal.
         if self.kt < MIN_PLAUSIBLE_KT:
             warnings.warn(f"CuttingCoefficients.kt: {self.kt:g} Pa is below 1 N/mm^2, less than any work material has; "
                           "coefficients are in Pa: multiply those in N/mm^2 by 1e6", ToolpointWarning, stacklevel=3)

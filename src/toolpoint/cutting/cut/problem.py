@@ -64,6 +64,7 @@ class SpeedVariation:
         root = np.sqrt(1 - self.amplitude**2)
         ratio = (1 - root) / self.amplitude if self.amplitude > 0 else 0.0
         x = np.asarray(angle)[..., None] / self.revolutions + self.phase
+        # Terms fall with the power of the amplitude: forty are below rounding up to 0.3, large ones need more.
         k = np.arange(1, 200 if self.amplitude > 0.3 else 40)
         # 1/(1 + a sin x) = (1 + 2 sum (-q)^k cos(k (x - pi/2)))/root, q = (1 - root)/a
         series = 2 * (-ratio) ** k / k * (np.sin(k * (x - np.pi / 2)) - np.sin(k * (self.phase - np.pi / 2)))

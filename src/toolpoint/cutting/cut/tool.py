@@ -59,6 +59,7 @@ class Tool(NotebookText):
         put(self, "diameter", positive("Tool.diameter", self.diameter, 10.0))
         put(self, "teeth", count("Tool.teeth", self.teeth))
         helix = floats("Tool.helix", np.broadcast_to(0.0 if self.helix is None else self.helix, (self.teeth,)), (self.teeth,))
+        # No mill is steeper; an angle given in degrees nearly always is, as a number of radians.
         if np.abs(helix).max() > np.radians(75):
             fail("Tool.helix", f"{np.abs(helix).max():g} rad", "must be within 75 degrees", remedy="angles are in rad")
         put(self, "helix", helix)
@@ -84,6 +85,8 @@ class Tool(NotebookText):
     @property
     def is_regular(self) -> bool:
         """Whether all pitch angles and all helix angles are equal, so that one tooth period is the only delay."""
+        # Rounding of 2 pi over the teeth must not make an irregular tool, which would be sent to engines that are ten times
+        # slower.
         return bool(np.ptp(self.pitch) < 1e-12 and np.ptp(self.helix) < 1e-12)
 
     @property

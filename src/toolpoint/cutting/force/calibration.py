@@ -300,6 +300,7 @@ def invert_information(information: FloatArray) -> FloatArray:
 
     A pseudo-inverse gives a direction that the data do not tell no variance at all, and so the smallest of intervals.
     """
+    # Parameters in Pa and N/m differ by ten orders: scaled to a diagonal of one, what is singular shows as such.
     size = np.sqrt(np.maximum(np.diag(information), 1e-30 * np.diag(information).max()))
     values, vectors = np.linalg.eigh(information / np.outer(size, size))
     values = np.maximum(values, MIN_INFORMATION_RATIO)

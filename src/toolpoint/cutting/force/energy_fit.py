@@ -111,6 +111,7 @@ def _judged(fit: Calibration) -> Calibration:
 def law_of_fit(fit: Calibration) -> TotalEnergy:
     """Return the law of a fit by `fit_total_energy`; values below zero, within their error of it, are set to zero."""
     numbers = dict(zip(fit.names, fit.values.tolist(), strict=True))
+    # An exponent of one would be a force that does not depend on the chip at all.
     return TotalEnergy(numbers["energy"], float(np.clip(numbers["exponent"], 0.0, 0.99)),
                        max(numbers["normal_ratio"], 0.0), max(numbers.get("axial_ratio", 0.0), 0.0))
 

@@ -139,6 +139,7 @@ def exact_chip(angle: FloatArray, radius: float, feed: float, *, teeth: int) -> 
     phi = floats("angle", angle)
     f = float(nonnegative("feed", floats("feed", feed)))
     per_angle = f * teeth / (2 * np.pi)
+    # Newton from nothing: the lag is about feed over radius, a hundredth of a rad, and two or three steps settle it.
     delta = np.zeros_like(phi)
     s, c = np.sin(phi), np.cos(phi)
     for _ in range(50):
@@ -240,9 +241,12 @@ def _chip_thickness(problem: MillingProblem, height: FloatArray, phi: FloatArray
     tool, f = problem.tool, problem.feed_per_tooth
     lag, radius = tool.angles(height), tool.edge_radius(height)
     best = np.full(phi.shape, np.inf)
+    # With run-out a tooth may leave more than one feed uncut: the surface is the lowest of those of all teeth of the last
+    # turn.
     for i in range(1, tool.teeth + 1):
         earlier = (np.arange(tool.teeth) - i) % tool.teeth
         since = (lag - lag[:, earlier]) % (2 * np.pi)
+        # A single tooth follows itself a whole turn later; the remainder would say at once.
         since = np.where(since < 1e-12, 2 * np.pi, since)
         feed = f * tool.teeth * since / (2 * np.pi)
         base = feed * np.sin(phi) if not trochoidal else _trochoid(phi, tool.radius, feed, since)

@@ -82,6 +82,7 @@ def turn_forces(record: Record, speed: float) -> TurnedForces:
         fail("record", f"{record.samples.shape[0]} samples", f"must hold a revolution ({per:.0f} samples)")
     size = min(int(np.ceil(turn_count * per - 1e-9)), record.samples.shape[0])
     turned = np.arange(size) / per
+    # A sample just at the end of a turn belongs to the next one, however its quotient rounds.
     turn = np.minimum((turned + 1e-9).astype(int), turn_count - 1)
     angle = 2 * np.pi * np.maximum(turned - turn, 0.0)
     bins = int(min(MAX_TURN_BINS, max(per, size // 4)))

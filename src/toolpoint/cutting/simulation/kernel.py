@@ -23,6 +23,7 @@ from toolpoint.cutting.simulation.records import EdgeElements, ElementForces, Mo
 def engagement_share(angle: float, step: float, entry: float, leave: float) -> float:
     """Return the share of the hat function about `angle` (half width `step`) that lies between entry and exit."""
     total = 0.0
+    # Angles wrap at a turn, and the hat may reach over the wrap.
     for turn in (-1, 0, 1):
         centre = angle + 2 * math.pi * turn
         lower, upper = max(entry, centre - step), min(leave, centre + step)
@@ -113,6 +114,7 @@ def simulate(rotation: Rotation, structure: ModalSteps, state: ComplexArray, edg
                 past_index = math.floor(past_step)
                 part = past_step - past_index
                 was = 0.0
+                # Before the first step nothing vibrated.
                 if past_index >= 0:
                     was = along(displacement, past_index, out * s, out * c, up, spatial)
                     if part > 0.0:
@@ -132,8 +134,11 @@ def simulate(rotation: Rotation, structure: ModalSteps, state: ComplexArray, edg
                 g, out, up = contact[row, e], outward[e], upward[e]
                 present = out * (s * px + c * py) - up * pz
                 h = surfaces[j] + present
+                # A tooth that has left the surface cuts nothing; the linear law lets it pull, which is what theories of
+                # stability assume.
                 if h <= 0.0 and not linear:
                     continue
+                # Power laws hold their coefficient at a chip of one millimetre.
                 chip = h if exponent == 0.0 else h * (h / 1e-3) ** -exponent
                 ft, fn, fa = tangential * chip + edge_tangential, normal * chip + edge_normal, axial * chip + edge_axial
                 if damping[kind] > 0.0:
@@ -164,6 +169,7 @@ def simulate(rotation: Rotation, structure: ModalSteps, state: ComplexArray, edg
                 zre[m] += last_re[kind, 2, m] * fz
                 zim[m] += last_im[kind, 2, m] * fz
         torque[k], chip_max[k] = moment, thick
+        # Far beyond any machine; a linear law would grow until numbers overflow.
         if abs(px) > 1.0:
             return k
     for m in range(modes):

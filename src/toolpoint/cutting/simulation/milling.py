@@ -203,6 +203,7 @@ def modal_steps(system: ModalState, lengths: FloatArray) -> ModalSteps:
     """Return the exact steps of the modal states over these lengths, s, for a force that is linear over each."""
     x = system.poles * lengths[:, None]
     phi1 = np.expm1(x) / x
+    # Below, the closed form loses digits by 1/x; what the series leaves out is below 1e-13.
     is_small = np.abs(x) < 1e-2
     phi2 = np.where(is_small, 0.5 + x / 6 + x**2 / 24 + x**3 / 120 + x**4 / 720, (phi1 - 1) / np.where(is_small, 1, x))
     first, last = (weight[:, None, :] * lengths[:, None, None] * system.right.T for weight in (phi1 - phi2, phi2))

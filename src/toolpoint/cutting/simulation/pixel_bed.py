@@ -37,6 +37,7 @@ class PixelBed:
         step = positive("pixel", pixel)
         size = [int(np.ceil((b - a) / step)) for a, b in zip(corner_min, corner_max)]
         size = [count("layers", layers), *size]
+        # A bed of that many pixels takes gigabytes: the remedy is a coarser one, not a machine that swaps.
         if min(size) < 1 or math.prod(size) > 4e8:
             fail("pixel", " x ".join(map(str, size)) + " pixels", "must be 1 to 4e8 pixels",
                  remedy="take a larger pixel or a smaller block")

@@ -97,6 +97,7 @@ def _scaled_by_exact(ratios: FloatArray, drawn: Sequence[Problem], chart: Stabil
     except ToolpointError:  # twice the depth may be beyond what a method takes: the ratios stay as they are
         return ratios
     logs = np.log(exact / np.minimum(chart.limit[some], depth))
+    # Intervals downstream multiply by 1.96: the factor makes them Student's for so few draws.
     student = float(scipy.special.stdtrit(len(drawn) - 1, 0.975) / scipy.special.ndtri(0.975))
     rough = np.log(ratios[:len(drawn), some]).std(axis=0)
     factor = np.clip(student * logs.std(axis=0) / np.maximum(rough, MIN_LOG_SCATTER), *SCATTER_FACTOR_RANGE)

@@ -9,9 +9,10 @@ from __future__ import annotations
 import numba as nb
 
 from toolpoint._check import ComplexArray, FloatArray
+from toolpoint._inner_kernels import inner_njit
 
 
-@nb.njit(cache=True, nogil=True)
+@inner_njit(cache=True, nogil=True)
 def sort(values: FloatArray) -> None:
     """Put real values, shape (n,), into rising order in place (Shell, Communications of the ACM 2 (1959) 30)."""
     gap = 1
@@ -39,7 +40,7 @@ def sort_by_size(values: ComplexArray) -> None:
         values[k] = value
 
 
-@nb.njit(cache=True, nogil=True)
+@inner_njit(cache=True, nogil=True)
 def number_below(values: FloatArray, limit: float, inclusive: bool) -> int:
     """Return how many of the rising values, shape (n,), are below a limit, or at it too where `inclusive`: by bisection."""
     a, b = 0, values.size

@@ -44,6 +44,7 @@ def _eigenvalues(problem: MillingProblem) -> FloatArray:
     d = problem.plane.size
     start = np.concatenate([[0.0], np.cumsum(tool.pitch)[:-1]])
     angle = np.linspace(arc.entry, arc.exit, ANGLES_PER_PITCH)
+    # Rounding must not wrap an edge at its very entry by a whole turn.
     phi = (angle[:, None] - start + 1e-12) % (2 * np.pi)
     inside = (phi >= arc.entry - 1e-9) & (phi <= arc.exit + 1e-9)
     matrix = edge_matrix(problem.coefficients, phi)[..., :d, :d]

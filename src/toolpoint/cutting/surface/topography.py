@@ -83,6 +83,7 @@ def _wall(problem: MillingProblem, length: float, points: int, heights: FloatArr
     lag, radius = tool.angles(z), tool.edge_radius(z)
     turns = np.arange(-2, int(np.ceil(length / feed)) + 3)
     height = np.full((z.size, x.size), np.inf)
+    # Edges leave their mark within a feed of their deepest place: farther ones are covered by the next tooth.
     reach = 2.5 * feed / tool.radius
     wall_angle = np.pi if side == "exit" else 0.0
     for level in range(z.size):

@@ -64,6 +64,7 @@ def disagreements(signals: Signals, time: FloatArray) -> list[Doubt]:
 
 def _rate(signal: AxisSignal | None, time: FloatArray, *, differenced: bool) -> FloatArray:
     assert signal is not None
+    # Differences of quantised positions are steps of resolution over sample time: the mean over 50 ms is compared.
     width = max(round(0.05 / float(time[1] - time[0])), 1)
     if not differenced:
         return uniform_filter1d(signal.at(time), width)
@@ -111,6 +112,7 @@ def _best_lag(first: FloatArray, second: FloatArray, step: float) -> tuple[float
     size = float(np.sqrt((a**2).sum() * (b**2).sum()))
     if size == 0:
         return 0.0, float("nan"), float("nan")
+    # Twice as long as the record, or the correlation of its end with its begin would be added.
     fft_size = 1 << int(np.ceil(np.log2(2 * a.size)))
     product = np.fft.irfft(np.fft.rfft(b, fft_size) * np.fft.rfft(a, fft_size).conj(), fft_size)
     reach = min(round(_MAX_SEARCHED_LAG / step), a.size // 3)
@@ -153,6 +155,8 @@ def load_doubts(speed: FloatArray, load: FloatArray, time: FloatArray, *, actual
     that fits best is that of the recording. A set point is before the axis: only an `actual` speed can tell.
     """
     step = float(time[1] - time[0])
+    # Loads and speeds of axes change over tens of milliseconds: finer samples cost time in every one of the lags and tell
+    # nothing.
     stride = max(1, round(4e-3 / step))
     width = max(round(0.02 / step), 1)
     v = uniform_filter1d(speed, width)[::stride]

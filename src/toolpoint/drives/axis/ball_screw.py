@@ -153,6 +153,7 @@ def ball_screw_axis(
 
 
 def _rotation(chain: MassChain, rotor: float, damping: float, coupling: Coupling, screw: BallScrew, x: float) -> None:
+    # Half of a coupling on each side of its spring, as its two hubs are.
     chain.inertia("motor", rotor + coupling.inertia / 2)
     chain.inertia("front", coupling.inertia / 2)
     chain.spring({"motor": 1, "front": -1}, coupling.stiffness, coupling.damping)

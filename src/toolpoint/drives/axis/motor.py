@@ -44,6 +44,7 @@ class SynchronousMotor:
     @property
     def torque_constant(self) -> float:
         """Torque per q current (peak of a phase), 3/2 p psi, N m/A."""
+        # 3/2 by the transformation to d and q that keeps amplitudes: power of two phases stands for that of three.
         return 1.5 * self.pole_pairs * self.flux
 
 

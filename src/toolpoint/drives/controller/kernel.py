@@ -28,6 +28,8 @@ def position_sample(p, s, set_point, angle, scale):
     s.following_error = set_point.position - actual
     s.speed_set = (p.position_gain * s.following_error + p.velocity_feedforward * set_point.velocity) / p.lead
     s.torque_feedforward = (p.inertia_feedforward * set_point.acceleration
+                            # A sign would jump by twice the friction at every reversal, with all of the noise of a set
+                            # point that stands still.
                             + p.friction_feedforward * math.tanh(set_point.velocity / p.friction_velocity))
 
 
@@ -38,6 +40,8 @@ def velocity_sample(p, s, angle, speed, place, add_speed, add_torque):
     place : scale or tool, m, whose speed beyond that of the motor the damping feeds back.
     """
     if p.difference:
+        # Real drives take the difference of two readings: its steps of resolution over sample time are part of what is
+        # simulated.
         reading = quantise(angle, p.angle_resolution)
         speed = (reading - s.last_angle) / p.velocity_sample_time
         s.last_angle = reading
@@ -116,12 +120,17 @@ def write_switched_voltage(p, s, phase, width, angle, speed, out):
     stator with the rotor's angle in the middle of the sample, the legs' mean back with that in the middle of the step.
     """
     period, bus = p.current_sample_time, math.sqrt(3.0) * p.voltage_limit
+    # The inverter holds a voltage in the stator for a whole sample while the rotor turns on: its middle is right on
+    # average.
     electrical_angle = p.pole_pairs * (s.held_angle + 0.5 * period * s.held_speed)
     c, q = math.cos(electrical_angle), math.sin(electrical_angle)
     alpha, beta = c * s.voltage_d - q * s.voltage_q, q * s.voltage_d + c * s.voltage_q
     a, b = alpha, -0.5 * alpha + 0.5 * math.sqrt(3.0) * beta
     d = -0.5 * alpha - 0.5 * math.sqrt(3.0) * beta
+    # Half of the extremes' sum to all legs (space-vector modulation): the same voltages between phases with 15 % more room
+    # to the bus.
     shift = 0.5 * (max(a, b, d) + min(a, b, d))
+    # A step that begins at a carrier's end by rounding belongs to the next one.
     start = phase * p.carrier - math.floor(phase * p.carrier + 1e-9)
     start = max(start, 0.0)
     stop = start + width * p.carrier

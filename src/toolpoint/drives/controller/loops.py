@@ -77,6 +77,7 @@ class LoopLevel:
     def margins(self, axis: int = 0, lines: int = 4000) -> Margins:
         """Return the margins of one axis' open loop, up to and with half the sample rate, where a sampled loop is real."""
         f_half = 0.5 / float(self.closed.sample_time or 1.0)
+        # Dense to the end: between the last two lines of a logarithmic row the phase of a delay turns by many degrees.
         f = np.concatenate([np.geomspace(f_half * 1e-4, f_half * 0.99, lines), np.linspace(0.991, 1.0, 10) * f_half])
         open_loop = np.array(self.open_response(f, axis))
         open_loop[-1] = open_loop[-1].real
@@ -271,6 +272,8 @@ class _Levels:
         """Return the level as matrices: its update evaluated on the columns of the unit matrix."""
         update, size = (self._current, self._velocity, self._position)[number](cut)
         n = self.n
+        # An update is written once, as the controller runs it: evaluated on unit vectors it gives its matrices, with no
+        # second derivation.
         unit = np.eye(size + n)
         after, out = update(unit[:size], unit[size:])
         names = tuple(axis.name for axis in self.servo.plant.axes)
@@ -294,6 +297,8 @@ class _Levels:
             error = self._error(cut, setpoint, feedback)
             for i, c in enumerate(self.servo.controllers):
                 if c.current is None:
+                    # A motor without a current loop gives its torque at once: its level is one, so that the levels above
+                    # need no case.
                     feedback[i], integral[i] = setpoint[i], 0.0
                     continue
                 m = c.current.model
@@ -324,6 +329,8 @@ class _Levels:
             line = state[first + 2 * n * stages:].reshape(delay, n, state.shape[1])
             angle, feedback = self.y[:, ANGLE] @ x, self.y[:, SPEED] @ x
             for i, c in enumerate(self.servo.controllers):
+                # A speed from differences of angles is half a sample late, which costs phase; its steps are noise and left
+                # out here.
                 if c.encoders.difference or c.encoders.motor > 0:
                     feedback[i] = (angle[i] - last[i]) / self.times.velocity
             error = self._error(cut, setpoint, feedback)
@@ -377,6 +384,7 @@ class _Levels:
 
 def _held(system: StateSpace, repeat: int) -> StateSpace:
     """Return the system with its input held over `repeat` samples, and its output sampled as often."""
+    # By repeated products, not by powers and a sum of inverses: the rigid motion makes I - A singular.
     a, b = np.eye(system.size), np.zeros_like(system.b)
     for _ in range(repeat):
         b = system.a @ b + system.b

@@ -113,6 +113,7 @@ def _largest(fits: Callable[[float], bool], start: float) -> float:
     failing = 2 * fitting
     while fits(failing) and failing < 1e6 * start:
         fitting, failing = failing, 2 * failing
+    # A thousandth of a gain: no drive is set more exactly, and margins hardly change over it.
     while failing / fitting > 1.001:
         # Gains count by their ratio: the bracket is halved in the logarithm.
         middle = float(np.sqrt(fitting * failing))

@@ -61,6 +61,7 @@ def constant_velocity_points(records: Sequence[tuple[FloatArray, FloatArray]], s
     points = []
     for velocity, torque in records:
         v, t = floats("velocity", velocity, (None,)), floats("torque", torque, np.shape(velocity))
+        # The first part of a record holds the acceleration to its speed, whose inertia would count as friction.
         part = slice(int(len(v) * (1 - settled)), None)
         if v[part].std() > 0.5 * abs(v[part].mean()):
             warnings.warn(f"velocity {v[part].mean():g} is not constant within 50 %: stick-slip or a short record",
@@ -103,6 +104,7 @@ def identify_friction(velocity: FloatArray, torque: FloatArray, law: str = "stri
     need = {"coulomb": 2, "stribeck": 4, "two-exponential": 5}[law]
     if np.unique(np.abs(v)).size < need:
         fail("velocity", f"{np.unique(np.abs(v)).size} speeds", f"must be at least {need} for {law}")
+    # One direction alone cannot tell a constant load (a weight, an offset of the sensor) from dry friction.
     both = bool((v > 0).any() and (v < 0).any())
     best, offset = _fit(law, v, t, both)
     fitted = _law_of(law, best.x[:need])
@@ -174,6 +176,7 @@ def _repeat_scatter(v: FloatArray, t: FloatArray) -> float:
     """Return the standard deviation of torques at equal velocities; not-a-number where none occurs twice."""
     _, group, number = np.unique(v, return_inverse=True, return_counts=True)
     free = int((number - 1).sum())
+    # One repeated pair gives a standard deviation that is wrong by a factor of two as often as not.
     if free < 2:
         return float("nan")
     mean = np.bincount(group, t) / number

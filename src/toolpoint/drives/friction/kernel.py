@@ -25,7 +25,10 @@ def dry(law, speed):
         size = law.fall_size[i]
         if size != 0.0:
             ratio, d = speed / law.fall_velocity[i], law.fall_exponent[i]
+            # The usual exponents without a power: it takes ten times as long as a product, and this runs in every Newton
+            # step.
             power = ratio * ratio if d == 2.0 else (ratio if d == 1.0 else ratio**d)
+            # exp(-60) is below rounding of the level, and with an infinite power the slope would be zero times infinity.
             if power > 60.0:
                 continue
             e = size * math.exp(-power)
@@ -60,6 +63,7 @@ def solve_bristle(law, state, step, free, gain, guess, trial):
         over = 1.0 / g
         share = s0 * speed * over
         bottom = 1.0 / (1.0 + half * share)
+        # Trapezoidal, not explicit: a moving bristle settles at the rate sigma0 |v|/g, which is soon faster than the step.
         z = (z0 + half * (rate0 + v)) * bottom
         dshare = s0 * over * (sign - v * slope * over)
         dz = half * (1.0 - z * dshare) * bottom
@@ -73,6 +77,8 @@ def solve_bristle(law, state, step, free, gain, guess, trial):
         else:
             lower = max(lower, v)
         base = 1.0 - gain * dforce
+        # The Stribeck curve falls: with a soft surrounding the residual may lose its slope, and Newton's step would leave
+        # for anywhere.
         change = -residual / base if base > 1e-6 else free + gain * force - v
         if not lower < v + change < upper:
             # Outside the bracket: its middle, or one fixed-point step while an end is open.
@@ -85,6 +91,7 @@ def solve_bristle(law, state, step, free, gain, guess, trial):
         tolerance = max(1e-8 * (abs(free) + abs(gain * force)) + 1e-24,
                         3e-5 * min(speed, law.fall_velocity[0], law.fall_velocity[1]))
         if abs(change) <= tolerance:
+            # The last change enters by the slopes: it saves one evaluation in every step of the simulation.
             trial.bristle, trial.bristle_rate = z + dz * change, rate + drate * change
             return v + change, force + dforce * change, True
         v += change
@@ -104,6 +111,7 @@ def maxwell_force(law, state, step, v, trial):
     for i in range(law.elements):
         stiff, limit, slip = law.element_stiffness[i], law.element_share[i] * level, state.block_slip[i]
         if slip != 0.0 and v * slip > 0.0:
+            # An implicit step: with a fast attraction an explicit one would overshoot the curve and ring about it.
             rise = step * law.attraction
             force = slip * (abs(state.block_force[i]) + rise * law.element_share[i]) / (1.0 + rise / level)
         else:
@@ -144,12 +152,15 @@ def evaluate(law, state, step, v, trial):
 @njit(cache=True, nogil=True)
 def static_force(law, free, gain):
     """Return (v, F) with v = free + gain F, F in the set-valued static law, gain < 0: rest first, else slip."""
+    # Nothing answers the force: no compliance, so no velocity can be changed by friction.
     if gain >= 0.0:
         return free, 0.0
+    # Rest is tried first: the set-valued law is the force that holds, as long as it is within the level at standstill.
     hold = -free / gain
     if abs(hold) <= dry(law, 0.0)[0]:
         return 0.0, hold
     sign = 1.0 if free > 0.0 else -1.0
+    # Friction brakes and never turns the motion: the speed lies between rest and that without friction.
     lower, upper, speed = 0.0, abs(free), abs(free)
     for _ in range(MAX_LAW_ITERATIONS):
         g, slope = dry(law, speed)

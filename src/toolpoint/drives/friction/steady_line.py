@@ -67,6 +67,7 @@ def fit_steady_line(velocity: FloatArray, values: FloatArray, error: FloatArray,
         return None
     drift = 0.0 if wander is None or not wander.size else (_WANDER_FACTOR * float(np.max(wander)))**2
     excess = 0.0
+    # Slow speeds lie on the Stribeck rise, above the line of the viscous part: they are left out one by one from below.
     while speed.size > 2:
         above, n_slow = _above_line(speed, half_difference, variance, drift=drift)
         if not n_slow:
@@ -114,6 +115,7 @@ def _group_speeds(velocity: FloatArray, values: FloatArray, error: FloatArray) -
     free = int((number - 1).sum())
     repeat = float(((y - mean[group])**2).sum()) / free if free >= 2 else 0.0
     within = np.bincount(group, e**2) / number
+    # The error that a single run states is itself an estimate: half of it is shared with those of the others.
     within = np.maximum(0.5 * (within + within.mean()), repeat) if within.size else within
     return np.bincount(group, v) / number, mean, within / number
 
@@ -162,11 +164,15 @@ def _fit_weighted(design: FloatArray, y: FloatArray, variance: FloatArray, *, dr
         return beta, inverse, float((((y - design @ beta) * weight)**2).sum())
 
     beta, covariance, chi = fit(0.0)
+    # The errors of the runs are estimates of about seven degrees of freedom each: a fit better than expected narrows the
+    # interval only as far as they allow.
     freedom_of_variance = 7 * y.size
     if free < 1 or chi <= float(scipy.stats.chi2.ppf(1 - _MISFIT_PROBABILITY, free)):
         return _Weighted(beta, covariance * (chi + freedom_of_variance) / (free + freedom_of_variance), 0.0,
                          _quantile(free + freedom_of_variance))
     extra_max = float(np.var(y)) + 1e-300
+    # The runs scatter by more than they state: a variance common to all speeds is added until chi-square is what it should
+    # be.
     extra = float(scipy.optimize.brentq(lambda m: fit(m)[2] - free, 0.0, 10 * extra_max))
     beta, covariance, _ = fit(extra)
     return _Weighted(beta, covariance, float(np.sqrt(extra)), _quantile(free))

@@ -97,6 +97,7 @@ def seven_phase(length: float, limits: JerkLimits, start_speed: float = 0.0, *, 
     peak = limits.speed if _distance(limits.speed, start_speed, end_speed, limits) <= length else _peak(
         length, start_speed, end_speed, limits)
     (a1, a2, up), (d1, d2, down) = speed_change(start_speed, peak, limits), speed_change(peak, end_speed, limits)
+    # Negative by rounding where the peak was bisected to just this length.
     cruise = max((length - up - down) / peak, 0.0) if peak > 0 else 0.0
     j = limits.jerk
     return SevenPhase(((a1, j), (a2, 0.0), (a1, -j), (cruise, 0.0), (d1, -j), (d2, 0.0), (d1, j)), start_speed)
@@ -114,6 +115,7 @@ def _peak(length: float, start: float, end: float, limits: JerkLimits) -> float:
         short = (length * math.sqrt(j) / 2) ** (2 / 3)
         return short if short <= a * a / j else a * (math.sqrt(a * a / (j * j) + 4 * length / a) - a / j) / 2
     lower, upper = max(start, end), limits.speed
+    # Bisection: the distance has a square root at each end, where Newton's method starts with an infinite slope.
     while upper - lower > 1e-16 * upper:
         middle = 0.5 * (lower + upper)
         # Two neighbouring floats have no number between them: the interval cannot shrink further.

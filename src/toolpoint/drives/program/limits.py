@@ -53,6 +53,7 @@ def check_limits(command: Command, limits: JerkLimits | list[JerkLimits], tolera
         fail("limits", f"{len(each)}", f"must be one, or one for each of {axes} axes")
     bound = np.array([[x.speed, x.acceleration, x.jerk] for x in each])
     share, times = np.zeros((axes, 3)), np.zeros((axes, 3))
+    # Differences of positions lose digits by 1/dt a derivative: what rounding alone makes of them is allowed on top.
     noise = 8 * np.finfo(float).eps * max(float(np.abs(command.position).max()), 1e-12)
     for order in (1, 2, 3):
         change = np.abs(np.diff(floats("position", command.position), order, axis=0))

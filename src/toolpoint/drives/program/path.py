@@ -179,10 +179,16 @@ def polyline(points: FloatArray, feed: float) -> Path:
                 np.full(n, float(feed)), np.zeros(n, bool))
 
 
-def full_turns(radius: float, feed: float, turns: int = 2) -> Path:
-    """Return full turns about the origin in the xy plane, begun at (R, 0), counterclockwise; m and m/s."""
-    start, turn = np.array([[positive("radius", radius), 0.0, 0.0]] * turns), np.full(turns, 2 * np.pi)
-    return Path(np.full(turns, ARC_KIND), start, start, np.zeros((turns, 3)), turn, np.array([PLANES["xy"]] * turns),
+def full_turns(radius: float, feed: float, turns: int = 2, *, columns: tuple[int, int] = (0, 1)) -> Path:
+    """Return full turns about the origin, begun at R on the first of two coordinates, towards the second; m and m/s.
+
+    columns : of the path, 0 to 2 for x, y, z; any two.
+    """
+    start = np.zeros((turns, 3))
+    start[:, columns[0]] = positive("radius", radius)
+    # A plane is named in the order of its right-handed turn: against that order the same circle sweeps the other way.
+    sweep, plane = (2 * np.pi, columns) if columns in PLANES.values() else (-2 * np.pi, columns[::-1])
+    return Path(np.full(turns, ARC_KIND), start, start, np.zeros((turns, 3)), np.full(turns, sweep), np.array([plane] * turns),
                 np.full(turns, positive("feed", feed)), np.zeros(turns, bool))
 
 
@@ -238,6 +244,7 @@ def soften_corners(path: Path, tolerance: float, smallest_turn: float = 1e-4) ->
     """
     turn, lengths = path.turns(), path.lengths
     between = (path.kind[:-1] == LINE_KIND) & (path.kind[1:] == LINE_KIND) & ~path.stop[:-1]
+    # A path that runs back on itself has no blend: the curve would be longer than what it replaces.
     k = np.flatnonzero(between & (turn > smallest_turn) & (turn < np.pi - 0.05))
     if k.size == 0:
         return path

@@ -33,6 +33,7 @@ def reachable(start, length, speed_max, a, j):
     if speed_max <= start or change(start, speed_max, a, j)[2] <= length:
         return speed_max
     lower, upper = start, speed_max
+    # More halvings than a double has digits; it ends where no number is left in between.
     for _ in range(60):
         middle = 0.5 * (lower + upper)
         if middle <= lower or middle >= upper:
@@ -46,7 +47,7 @@ def reachable(start, length, speed_max, a, j):
 
 @njit(cache=True, nogil=True)
 def look_ahead(length, speed_max, junction, a, j, steady):
-    """Return the lower the junction speeds (n + 1) in place until every segment can change from its first to its last.
+    """Lower the junction speeds (n + 1) in place until every segment can change from its first to its last.
 
     A steady segment keeps one speed. Lowering an end never spoils what the backward pass allowed before it.
 

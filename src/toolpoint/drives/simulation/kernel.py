@@ -142,7 +142,7 @@ def implicit(laws, products, gain, free, states, step, s, w, trial):
 
 @njit(cache=True, nogil=True)
 def accept(laws, states, trial):
-    """Return the store the laws' states after a step."""
+    """Store the laws' states after a step."""
     for k in range(laws.size):
         if laws[k].kind == BRISTLE:
             states[k].bristle, states[k].bristle_rate = trial[k].bristle, trial[k].bristle_rate
@@ -157,6 +157,7 @@ def sample_controllers(step, control, y):
     for i in range(control.parameters.size):
         p, s, b = control.parameters[i], control.states[i], WIDTH * i
         if step % counts.position == 0:
+            # Behind the end of the set points the last one holds: a simulation may run longer, until the axes rest.
             k = min(step // counts.position, control.set_points.shape[0] - 1)
             position_sample(p, s, control.set_points[k, i], y[b + ANGLE], y[b + SCALE])
         k = min(step // counts.velocity, inject.shape[0] - 1)
@@ -184,7 +185,7 @@ def held_inputs(step, control, y, u, voltage):
 
 @njit(cache=True, nogil=True)
 def record(line, y, u, control, s, w, viscous, histories):
-    """Return the store outputs, controller signals (in the order of `SIGNALS`) and laws' values (with their viscous part) at a
+    """Store outputs, controller signals (in the order of `SIGNALS`) and laws' values (with their viscous part) at a
     step."""
     outputs, signals, forces = histories.outputs, histories.signals, histories.forces
     for i in range(outputs.shape[1]):

@@ -13,6 +13,7 @@ from toolpoint.io.text.columns import Columns
 
 TIMES = ("t", "time")
 RATES = ("fs", "sample_rate", "rate")
+# Names of axes in rad/s: read as Hz, every frequency would be too high by 2 pi and nothing would look wrong.
 _ANGULAR = re.compile(r"(?:^|[._])(?:w|om|omega|angular.*|.*rad_?s(?:ec)?|.*rads)$", re.IGNORECASE)
 
 
@@ -34,6 +35,7 @@ def columns_of(path: str | Path, arrays: Mapping[str, Array], named: Mapping[str
     rate = None if rate_name is None else float(np.real(pick_variable(path, arrays, rate_name)).reshape(-1)[0])
     if time is not None and time.size > 1:
         steps = np.diff(time)
+        # A hundredth of a step: rounding of stored times passes, a sample that is left out (a whole step) does not.
         if not steps.mean() > 0 or np.abs(steps - steps.mean()).max() > 0.01 * steps.mean():
             raise ToolpointError(f"{path}: the time {time_name!r} does not run evenly; must have one sample rate")
         rate = 1 / float(steps.mean())

@@ -12,6 +12,7 @@ from toolpoint._check import Array, ToolpointError
 from toolpoint.io.binary import reader_process
 from toolpoint.io.door import door
 
+# MATLAB's version 7.3 is HDF5 behind a header of its own: only these bytes tell it from older files.
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
 
 

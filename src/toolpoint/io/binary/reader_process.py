@@ -23,6 +23,7 @@ from toolpoint.io.door import check_regular
 
 BASE_READING_SECONDS, BYTES_A_SECOND = 3.0, 20e6  # of a file, beyond what starting the process takes
 BASE_READING_BYTES, MAX_MEMORY_COPIES = 700_000_000, 40  # bytes, and how many times its size a file may need
+# A cold disk or a virus scanner may take half a minute to load the libraries: a shorter wait would blame the file.
 MAX_START_SECONDS = 60.0
 
 

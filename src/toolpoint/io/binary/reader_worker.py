@@ -19,6 +19,7 @@ import numpy as np
 
 MAX_COMPRESSION_RATIO = 1100  # no compression of these formats makes an array smaller by more
 ARRAY_BYTES_MARGIN = 1 << 20  # bytes, for arrays of files that hold next to nothing
+# Links in HDF5 may lead in a circle: measurements are a few groups deep.
 MAX_GROUP_DEPTH = 50
 
 

@@ -41,6 +41,7 @@ _REFERENCES = {"AXIS_REFERENCES": 100, "FIRST_OUTPUT": 10, "FIRST_TUNED": 50}
 _BASE = {"m": "m='1'", "m/s": "m='1' s='-1'", "m/s2": "m='1' s='-2'", "N": "kg='1' m='1' s='-2'", "rad": "rad='1'",
          "rad/s": "rad='1' s='-1'", "A": "A='1'", "V": "kg='1' m='2' s='-3' A='-1'", "N.m": "kg='1' m='2' s='-2'",
          "1/s": "s='-1'", "1": "", "N.m.s/rad": "kg='1' m='2' s='-1' rad='-1'", "N.m/rad": "kg='1' m='2' s='-2' rad='-1'"}
+# Names of FMI 2.0, which tools look for letter by letter.
 _FOLDERS = {"linux": ("linux64", ".so"), "win32": ("win64", ".dll"), "darwin": ("darwin64", ".dylib")}
 
 

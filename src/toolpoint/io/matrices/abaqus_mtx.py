@@ -36,6 +36,7 @@ def read(path: Path) -> list[LabelledMatrix]:
 
 
 def _labelled(path: Path, places: np.ndarray, values: np.ndarray) -> LabelledMatrix:
+    # Rows in the order of nodes and directions, whichever entry of the file names them first.
     keys, index = np.unique(np.concatenate([places[:, :2], places[:, 2:]]), axis=0, return_inverse=True)
     rows, columns = index.ravel()[:len(values)], index.ravel()[len(values):]
     dofs = tuple(node_dof(int(node), int(direction)) for node, direction in keys)

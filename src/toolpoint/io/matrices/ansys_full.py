@@ -32,9 +32,11 @@ class _FullWords:
     def record(self, position: int) -> tuple[np.ndarray, int]:
         """Return the values of the record at a word, and the word after it."""
         size = len(self.words)
+        # Every length is asked before it is followed: a damaged one would lead anywhere in the file.
         if not 0 <= position < size - 2 or not 0 <= (length := int(self.words[position])) <= size - position - 3:
             raise ToolpointError(f"{self.path}: no whole record at byte {4 * position} of {4 * size}; the file is cut off or "
                                  "damaged")
+        # Fortran writes the length on both sides of a record: a difference is the first sign of a damaged or misread file.
         if int(self.words[position + 2 + length]) != length:
             raise ToolpointError(f"{self.path}: record at byte {4 * position} of {length} words ends with another length; "
                                  "damaged")
@@ -46,6 +48,7 @@ class _FullWords:
     def _unpacked(self, raw: np.ndarray, is_integer: bool, position: int) -> np.ndarray:
         """Unpack windows: length, number of windows, then (start, length, values), a negative length for one repeated value."""
         total, windows, offset = int(raw[0]), int(raw[1]), 2
+        # A damaged count must not ask for all of the memory before it is noticed.
         if not 0 <= total <= 10**9:
             raise ToolpointError(f"{self.path}: packed record at byte {4 * position} of {total} values; damaged")
         value_words = 1 if is_integer else 2
@@ -134,6 +137,7 @@ def _matrix(source: _FullWords, header: np.ndarray, pointer: tuple[int, int], fr
     rows, columns, data = (np.concatenate(part) for part in (row_parts, column_parts, values))
     if not np.isfinite(data).all():
         raise ToolpointError(f"{source.path}: {int((~np.isfinite(data)).sum())} values are not finite; damaged")
+    # The mirror image of the diagonal is itself: added twice it would double.
     is_off_diagonal = rows != columns
     places = np.concatenate([rows, columns[is_off_diagonal]]), np.concatenate([columns, rows[is_off_diagonal]])
     both = coo_array((np.concatenate([data, data[is_off_diagonal]]), places), shape=(size, size))

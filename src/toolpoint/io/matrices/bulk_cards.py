@@ -53,6 +53,7 @@ class BulkCard:
         if default is not None and not word:
             return default
         text = word.upper().replace("D", "E")
+        # Fields of eight characters leave no room for an E: 7.85-9 is 7.85e-9.
         text = re.sub(r"(?<=[0-9.])([+-]\d+)$", r"E\1", text) if "E" not in text else text
         try:
             value = float(text)
@@ -92,6 +93,7 @@ def bulk_cards(path: Path, keywords: Collection[str]) -> Iterator[BulkCard]:
             continue
         if keep:
             yield BulkCard(*place, tuple(fields))
+        # Cards of other kinds are passed over before their fields are kept: a mesh may have millions.
         keep = data[0].strip().rstrip("*").upper() in keywords
         fields, place = data, (file, number)
     if keep:
@@ -120,6 +122,7 @@ def _split(line: str) -> tuple[list[str], bool]:
     if "," in line:
         fields = line.split(",")
         is_more = fields[0].strip() == "" or fields[0].startswith(("+", "*"))
+        # Filled up to eight: a short line ends in blank fields, and the line that continues it begins at the ninth.
         data = fields[1:5] if "*" in fields[0] else (fields[1:9] + [""] * 8)[:8]
         return (data if is_more else [fields[0], *data]), is_more
     head = line[:8]

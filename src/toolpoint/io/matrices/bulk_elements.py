@@ -62,6 +62,7 @@ def _bar(card: BulkCard, tables: BulkTables) -> GridPart:
 
 def _orientation(card: BulkCard, places: Places, start: FloatArray, axes: FloatArray) -> FloatArray:
     """Return the vector into plane 1: by components, or by a grid point."""
+    # One field alone that is a whole number is a grid point; a vector has a point or three components.
     if card.word(5) and not card.word(6) and not card.word(7) and card.word(5).isdigit():
         return place_of(card, card.whole(5), places) - start
     vector = np.array(card.reals((5, 6, 7)))
@@ -71,6 +72,7 @@ def _orientation(card: BulkCard, places: Places, start: FloatArray, axes: FloatA
 
 
 def _any_across(along: FloatArray) -> FloatArray:
+    # The axis that is least along the bar: any other may lie on it, and the planes of a round bar do not matter.
     return np.eye(3)[int(np.argmin(np.abs(along)))]
 
 

@@ -50,6 +50,7 @@ def read(path: Path, names: tuple[str, str] | None = None, *, units: Units = "m-
     cards = defaultdict(list)
     for card in bulk_cards(path, _KEYWORDS):
         cards[card.keyword].append(card)
+    # Defaults of all points are easy to overlook: coordinates would be read in another system without a word.
     for card in cards["GRDSET"]:
         if card.whole(2, 0) or card.whole(6, 0):
             card.refuse("coordinate systems for all points", "must be left out: state those of each GRID")

@@ -13,6 +13,7 @@ from toolpoint.io.matrices.bulk_cards import BulkCard
 SECTION_KEYWORDS = ("PBAR", "PBARL", "PBEAM", "PBEAML", "PROD")
 # Dimensions of sections by type (PBARL, PBEAML), and their shear coefficients, as the program takes them.
 _DIMENSION_COUNT = {"ROD": 1, "TUBE": 2, "BAR": 2, "BOX": 4}
+# Shear factors by the usual tables: a round section, a thin ring, a rectangle; cards of sections state none.
 _ROD_SHEAR, _TUBE_SHEAR, _BAR_SHEAR = 0.9, 0.5, 5 / 6
 _STATION_WORDS = ("YES", "YESA", "NO")  # begin the lines of a tapered beam's stations
 
@@ -132,6 +133,7 @@ def _rectangular(sizes: list[float]) -> tuple[tuple[float, float, float, float],
     """Return those of a rectangle of width (along z) and height (along y); torsion by Roark, table 10.7."""
     width, height = sizes
     longer, shorter = max(sizes), min(sizes)
+    # Saint-Venant's constant of a rectangle by its usual closed form, within 0.5 % for all ratios of the sides.
     torsion = longer * shorter**3 * (1 / 3 - 0.21 * shorter / longer * (1 - shorter**4 / (12 * longer**4)))
     return (width * height, width * height**3 / 12, height * width**3 / 12, torsion), (_BAR_SHEAR, _BAR_SHEAR)
 

@@ -20,6 +20,7 @@ from toolpoint.io.matrices.labelled_matrix import LabelledMatrix, gather
 from toolpoint.io.matrices.op4_text import text_matrices
 
 KINDS = {1: np.float32, 2: np.float64, 3: np.complex64, 4: np.complex128}
+# A damaged header must not ask for all of the memory: no model that is read here has so many rows.
 _MAX_OP4_SIZE = 10**9
 
 

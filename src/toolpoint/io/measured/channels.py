@@ -19,6 +19,7 @@ from toolpoint.signals.test_description import ChannelDescription, Motion
 from toolpoint.vibration import Dof, Record
 
 MOTIONS = ("force", "acceleration", "velocity", "displacement")
+# Names of channels as analysers write them in English and German; f, a and v alone only where nothing else stands.
 _WORDS = {"force": r"\bforce\b|hammer|\bkraft\b|^f[xyz]?$", "acceleration": r"acc|beschl|^a[xyz]?$",
           "velocity": r"\bvel|\bv[xyz]$|vibrometer", "displacement": r"\bdisp|\bweg\b"}
 _LABEL_PATTERN = re.compile(rf"(?:(?P<quantity>{'|'.join(MOTIONS)})\s+)?(?P<dof>\S+:[-+]?r?[xyz])", re.IGNORECASE)
@@ -138,6 +139,7 @@ def _matched(path: Path, names: Sequence[str], channels: Sequence[ChannelDescrip
     lower = [name.lower() for name in names]
     for channel in channels:
         key = channel.channel.strip().lower()
+        # By name before number: channels may be called 1, 2, 3 in another order than they stand in.
         if key in lower:
             place = lower.index(key)
         elif key.isdigit() and 1 <= int(key) <= len(names):
@@ -163,6 +165,8 @@ def _channel(path: Path, name: str, unit: str, described: ChannelDescription | N
     if quantity in MOTIONS and (unit.strip().lower() in VOLTS or unit == FULL_SCALE):
         raise ToolpointError(f"{path}: channel {name!r} ({quantity}) is in {unit} and has no sensitivity; give it with "
                              f"`channel`, for example '{name}={quantity} {'2.25mV/N' if quantity == 'force' else '100mV/g'}'")
+    # A force in m/s^2 is a swapped cable or a wrong line of the test file: read either way, the result would look
+    # plausible.
     if by_unit is not None and quantity != by_unit and quantity in MOTIONS:
         raise ToolpointError(f"{path}: channel {name!r} is in {unit}, which is {by_unit}, and is called {quantity}; correct "
                              "one of both")
@@ -223,6 +227,7 @@ def _dofs(channels: Sequence[_Channel], labels: Labels) -> tuple[Dof, ...]:
         elif channel.dof is not None:
             result.append(channel.dof)
         else:
+            # The commonest test has one sensor and blows beside it: so it is taken, and noted.
             result.append(motions[0] if motions else Dof(1, "+x"))
             labels.note(f"nothing says where the hammer struck: it is taken as {result[-1]}, the place of the first sensor")
     return tuple(result)

@@ -18,6 +18,7 @@ from toolpoint.signals.setups import join_bands, join_setups
 from toolpoint.vibration import Dof, Frf
 
 NAMING = "name files like 2=+x__1=+z.txt (response at 2 in x, force at 1 in z)"
+# Names that end in an axis (tip_x, holder-y): they say a direction, but not of what.
 _WAY = re.compile(r"(?:^|[_\-. ])([xyz]{1,2})$", re.IGNORECASE)
 
 
@@ -93,6 +94,7 @@ def read(paths: str | Path | Sequence[str | Path], *, quantity: str | None = Non
     if pattern is not None and struck is None:
         frf = _struck_note(frf, labels)
     driving_points = [label.output for label in labels.values() if label.is_plain]
+    # A guess that is usual and may be wrong: it is said first, as all that follows rests on it.
     if len(driving_points) > 1:
         struck_point = next((label.input for label in labels.values() if label.is_plain), None)
         frf = frf.noted(f"the names of the files do not say where they were struck: {', '.join(map(str, driving_points))} are "

@@ -18,6 +18,7 @@ from toolpoint.vibration import Dof
 _PLACES = {"output": r"(?P<output>[^_]+?)", "input": r"(?P<input>[^_]+?)", "direction": r"(?P<direction>[-+]?r?[xyzXYZ])",
            "output_direction": r"(?P<output_direction>[-+]?r?[xyzXYZ])",
            "input_direction": r"(?P<input_direction>[-+]?r?[xyzXYZ])"}
+# A point with its direction as people write it: 5=+x, 5:-z, 5+x, 5x; letters of a point's own name are not directions.
 _POINT = re.compile(r"(?P<point>.+?)(?:[=:](?P<way>[-+]?r?[xyz])|(?P<signed>[-+]r?[xyz])|(?<=\d)(?P<plain>r?[xyz]))?",
                     re.IGNORECASE)
 PLACE_NAMES = ", ".join("{" + name + "}" for name in _PLACES)

@@ -11,6 +11,7 @@ from toolpoint.io.door import door
 from toolpoint.io.meshes.mesh_content import MeshContent, MeshMaterial, gather_mesh, real, whole
 
 _WIDTHS = {"C3D20": 20, "C3D10": 10, "C3D8": 8, "C3D4": 4, "C3D15": 15, "C3D6": 6}
+# Wedges (15 and 6 nodes) are not here: they are named as elements that are not read.
 _CORNERS = {20: 8, 10: 4, 8: 8, 4: 4}
 # Corners of the sides S1, S2 ... of an element with 8 and with 4 corners.
 _SIDES = {8: ((0, 1, 2, 3), (4, 7, 6, 5), (0, 4, 5, 1), (1, 5, 6, 2), (2, 6, 7, 3), (3, 7, 4, 0)),

@@ -11,6 +11,8 @@ from toolpoint._check import ToolpointError
 from toolpoint.io.door import door
 from toolpoint.io.meshes.mesh_content import MeshContent, MeshMaterial, gather_mesh, real, whole
 
+# Material, type, real constants, section, system, death, solid model, shape, number of nodes, one unused, number of the
+# element; then its nodes begin.
 _FIELDS_BEFORE_NODES = 11
 _SOLID_KINDS = (45, 92, 95, 185, 186, 187)  # numbers of the solid elements with 4, 8, 10 or 20 nodes
 _KEY_OF_LABEL = {"EX": "modulus", "DENS": "density", "NUXY": "poisson", "PRXY": "poisson"}

@@ -65,6 +65,7 @@ def _materials(path: Path) -> dict[str, MeshMaterial]:
     for card in bulk_cards(path, ("MAT1",)):
         modulus, shear, poisson, density = (card.real(k) if card.word(k) else None for k in (2, 3, 4, 5))
         if poisson is None:
+            # A MAT1 states any two of E, G and nu: the third follows, and where only one stands it is that of steel.
             poisson = modulus / (2 * shear) - 1 if modulus and shear else 0.3
         materials[card.whole(1)] = MeshMaterial(f"MAT1 {card.word(1)}", modulus, density, poisson)
     return {f"property {card.whole(1)}": materials[number] for card in bulk_cards(path, ("PSOLID",))

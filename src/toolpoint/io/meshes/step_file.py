@@ -23,6 +23,7 @@ SUFFIXES = (".step", ".stp")
 _PREFIXES = {"": 1.0, "MILLI": 1e-3, "CENTI": 1e-2, "DECI": 1e-1, "MICRO": 1e-6, "KILO": 1e3}
 _NAMES = {1.0: "m", 1e-3: "mm", 1e-2: "cm", 0.0254: "in"}
 _METRES_OF_INCH_UNIT = {"INCH": 0.0254, "INCHES": 0.0254, "FOOT": 0.3048}
+# A part that takes longer is meshed too finely or does not end: the mesher has no bound of its own.
 MAX_MESHING_SECONDS = 3600.0
 MILLIMETRE = 1e-3  # OpenCASCADE gives millimetres, whatever the file's unit
 

@@ -16,6 +16,7 @@ import numpy as np
 
 # Netgen's sides are 1-2 1-3 1-4 2-3 2-4 3-4; ours 1-2 2-3 3-1 1-4 2-4 3-4.
 _MID_NODES_OF_NETGEN = [0, 1, 2, 3, 4, 7, 5, 6, 8, 9]
+# About what a body of a machine can be reduced with in 16 GB of memory.
 MAX_ELEMENT_COUNT = 3_000_000
 
 

@@ -159,6 +159,7 @@ def _even(time: FloatArray, numbers: list[int]) -> tuple[float, list[Fault]]:
     step = float(np.median(steps)) if steps.size else 0.0
     if step <= 0:
         return 1.0, [Fault(numbers[0], 1, "time", "time does not increase")]
+    # A hundredth of a step is rounding of printed times; a lost sample is a whole one.
     bad = np.flatnonzero(np.abs(steps - step) > 0.01 * step)
     return (time[-1] - time[0]) / steps.size, [
         Fault(numbers[k + 1], 1, "time", f"step of {steps[k]:g} s where the others are {step:g} s; resample first")

@@ -2,10 +2,10 @@
 
 Motion: G0 G1 G2 G3, G17-G19, G90/G91, AC() and IC(), I J K, CR= or R; units G20/G21, G70/G71, G700/G710; feeds G93-G97; exact
 stop G9, G60, G61, G64; dwell G4; drilling cycles G73, G76, G81-G89; G28, G30, G53, G54-G59, G10 L2, G52, G92. Frames: TRANS,
-ROT, SCALE, MIRROR and their additive kinds, G68, G69, G51.1, G50.1 (`program_frame`). Siemens drilling cycles CYCLE81 to 89 and
-840, their patterns, and MCALL (`siemens_cycles`). Variables, expressions, jumps, loops and subprograms of the same file
-(`statements`). Radius compensation (G41, G42, RL, RR; `radius_compensation`), polar places (G16), scales (G51). Words
-that move nothing are one note; what would bend the path (splines, threads) is a fault by name.
+ROT, SCALE, MIRROR and their additive kinds, G68, G69, G51.1, G50.1 (`control.frame`). Siemens drilling cycles CYCLE81 to 89 and
+840, their patterns, and MCALL (`iso.siemens_cycles`). Variables, expressions, jumps, loops and subprograms of the same file
+(`language.statements`). Radius compensation (G41, G42, RL, RR; `path.radius_compensation`), polar places (G16), scales (G51).
+Words that move nothing are one note; what would bend the path (splines, threads) is a fault by name.
 """
 
 from __future__ import annotations
@@ -19,17 +19,19 @@ from toolpoint._doubt import Doubt
 from toolpoint.drives.program.path import Path as DrivePath
 from toolpoint.io.door import door
 from toolpoint.io.faults import Fault, FileFaults
-from toolpoint.io.program.block import BlockReader
-from toolpoint.io.program.centre_control import begin_control
-from toolpoint.io.program.control_modes import ControlModes
-from toolpoint.io.program.files_beside import FilesBeside
-from toolpoint.io.program.interpreter import Run
-from toolpoint.io.program.radius_compensation import CutterRadii
-from toolpoint.io.program.segments import Program, Remarks
-from toolpoint.io.program.statements import list_statements
+from toolpoint.io.program.control.modes import ControlModes
+from toolpoint.io.program.control.tool_centre import begin_control
+from toolpoint.io.program.iso.block import BlockReader
+from toolpoint.io.program.language.files_beside import FilesBeside
+from toolpoint.io.program.language.interpreter import Run
+from toolpoint.io.program.language.remarks import Remarks
+from toolpoint.io.program.language.statements import list_statements
+from toolpoint.io.program.path.radius_compensation import CutterRadii
+from toolpoint.io.program.path.segments import Program
 
 __all__ = ["Program", "parse", "read", "read_path"]
 
+# Some millions of lines: programs of moulds have as many, a film or a disk image that was named by mistake has more.
 _MAX_PROGRAM_BYTES = 200_000_000
 MAX_FOREIGN, _HEAD_CHARACTERS = 0.2, 4000  # share of the characters at the begin of a file that may be no text
 MAX_FAULTY, FEWEST_FAULTY = 0.5, 4  # share of the lines of a program that may be no blocks; lines from which they are counted
@@ -133,7 +135,7 @@ def parse(text: str, rapid_feed: float = 0.5, start: Point = (0.0, 0.0, 0.0), *,
     FileFaults
         Every faulty line: unknown words, two words of a group, an arc with a wrong radius or without centre, no feed.
     """
-    from toolpoint.io.program import klartext
+    from toolpoint.io.program.klartext import reader as klartext
 
     _check_text(name, text)
     remarks = Remarks()

@@ -16,13 +16,15 @@ import numpy as np
 
 from toolpoint._check import ToolpointError
 from toolpoint.io.program.gcode import parse
-from toolpoint.io.program.klartext import is_klartext
-from toolpoint.io.program.segments import Program
+from toolpoint.io.program.klartext.reader import is_klartext
+from toolpoint.io.program.path.segments import Program
 
 _FEED_WORD = re.compile(r"(?<![A-Z#])F\s*(=?)\s*(\d+\.?\d*|\.\d+)(?![\w.])")
 _SPEED_WORD = re.compile(r"(?<![A-Z#])S\s*(=?)\s*(\d+\.?\d*|\.\d+)(?![\w.])")
 _ANY_FEED_OR_SPEED = re.compile(r"(?<![A-Z#])[FS]\s*=?\s*(?=[#\[RQ])")
+# Feeds per time or revolution change with the speed themselves: a new F would mean another feed than was asked for.
 _REFUSED_WORDS = re.compile(r"(?<![A-Z])G\s*(93|95|96)(?!\d)")
+# In G4 the word F (or S) is a time: changed as a feed, the spindle would wait for another time.
 _DWELL = re.compile(r"(?<![A-Z])G\s*0?4(?!\d)")
 _FEED_DIGITS = 1  # decimals of a written F
 MAX_FEED_MISMATCH = 0.01  # of the feed asked for, that rounding of the word may leave

@@ -18,6 +18,7 @@ QUANTITY_BY_UNIT = {
     "\u03bcm": ("displacement", 1e-6), "nm": ("displacement", 1e-9), "in": ("displacement", 0.0254),
     "inch": ("displacement", 0.0254), "mil": ("displacement", 2.54e-5)}
 VOLTS = {"v": 1.0, "mv": 1e-3, "uv": 1e-6, "µv": 1e-6, "volt": 1.0, "volts": 1.0}
+# Volts over a unit with brackets or without, 100 mV/(m/s^2), as calibration sheets print it.
 _FORM = re.compile(r"\s*([-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?)\s*([a-zA-Zµ]+)\s*/\s*\(?(.+?)\)?\s*$")
 MOTIONS_OVER_FORCE = "m/N, mm/N, um/N, (m/s)/N, (m/s^2)/N, g/N or 1/kg"
 EXAMPLE = "write for example 2.25 mV/N or 100 mV/g"

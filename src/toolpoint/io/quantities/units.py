@@ -27,6 +27,7 @@ _UNPREFIXED_UNITS: dict[str, tuple[float, Dimension]] = {
     "min": (60.0, (0, 0, 1, 0, 0, 0)), "deg": (math.pi / 180, (0, 0, 0, 1, 0, 0)), "°": (math.pi / 180, (0, 0, 0, 1, 0, 0)),
     "rpm": (1.0, (0, 0, 0, 0, 0, 1)), "%": (0.01, NO_DIMENSION), "1": (1.0, NO_DIMENSION), "bar": (1e5, (-1, 1, -2, 0, 0, 0)),
 }
+# Both signs for micro: the letter mu and the micro sign look alike and differ as characters.
 _PREFIX = {"": 1.0, "n": 1e-9, "u": 1e-6, "µ": 1e-6, "\u03bc": 1e-6, "m": 1e-3, "c": 1e-2, "k": 1e3, "M": 1e6, "G": 1e9}
 # What machine files are written in, for suggestions.
 LENGTHS, ANGLES = ("m", "mm", "um", "cm"), ("rad", "mrad", "urad", "deg")
@@ -119,6 +120,7 @@ def _power(token: str, text: str) -> tuple[str, int]:
 
 
 SYMBOLS = _symbols()
+# Limits are what no machine reaches: they catch units (mm read as m), and never refuse a machine that exists.
 LENGTH = _kind("length", "m", 200)
 AREA_MOMENT = _kind("moment of inertia", "kg*m^2", 1e9)
 MASS = _kind("mass", "kg", 1e7, 1e-9)

@@ -1,7 +1,6 @@
 """Values as a person types them in one line: numbers, bands, speeds, positions of axes, places and directions; SI.
 
-A text that is none raises ValueError alone where only its form is wrong (who asks knows how to write it), and ToolpointError
-where its numbers cannot be.
+A text of a wrong form raises ValueError (who asks knows how to write it), one of impossible numbers ToolpointError.
 """
 
 from __future__ import annotations
@@ -204,6 +203,14 @@ def read_plane(text: str) -> tuple[Vector, Vector]:
     """Return the two directions of a text like ``y,z``."""
     first, second = text.split(",")
     return read_direction(first), read_direction(second)
+
+
+def read_axis_names(text: str) -> tuple[str, str]:
+    """Return the two axes of a text like ``X,Z``."""
+    first, second = text.replace(" ", "").upper().split(",")
+    if first == second or {first, second} - set("XYZ"):
+        raise ValueError("must be two of X, Y, Z")
+    return first, second
 
 
 def read_two_points(text: str) -> tuple[str, str]:

@@ -12,6 +12,7 @@ from toolpoint._check import ToolpointError
 from toolpoint.vibration import Dof
 
 _SPECIAL = re.compile(r"[\s,;\"'%()\[\]{}/<>#|\x00-\x1f]")
+# Response and force around a slash, each a label with its direction; off the axes a vector, escaped as in addresses.
 _PAIR = re.compile(r"(\S+:(?:[-+]?r?[xyz]|\S+%3C\S+%3E))\s*/\s*(\S+:(?:[-+]?r?[xyz]|\S+%3C\S+%3E))", re.IGNORECASE)
 
 

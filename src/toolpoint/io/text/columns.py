@@ -6,25 +6,31 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import NoReturn
 
 import numpy as np
 
 from toolpoint._check import FloatArray, ToolpointError
+from toolpoint._rounding import number_text
 from toolpoint.io.decoding import read_text
 from toolpoint.io.door import door
 from toolpoint.io.faults import Fault, FileFaults
 from toolpoint.io.quantities.sensitivities import QUANTITY_BY_UNIT, VOLTS
 
+# As loggers, LabVIEW and spreadsheets call a column of time; matched whole, so that "temperature" is none.
 TIMES = ("t", "time", "zeit", "x_value", "timestamp", "time stamp", "date", "date/time", "datetime")
 COUNTS = ("sample", "samples", "index", "idx", "n", "nr", "no", "point", "row", "count", "messwert", "")
 EXPECTED_RECORDS = "records are read from universal files, text, LVM, WAV, TDMS, MATLAB, NumPy and HDF5"
 DAY = 86400.0  # s
+# A time of day with a date before it or a zone behind it: only differences count.
 _CLOCK = re.compile(r"(?:[\d./-]+[T ])?\s*(\d{1,2}):(\d{2}):(\d{2}(?:[.,]\d+)?)(?:Z|[+-]\d{2}:?\d{2})?")
+# A comma inside a number with another separator behind it: with commas as separators it could not be told.
 _DECIMAL_COMMA = re.compile(r"^\s*[-+]?\d+,\d+\s*[;\t]")
 # Largest deviation of a time step from the mean one: a sample that is left out doubles one.
 TIME_STEP_TOLERANCE = 0.01
 MAX_ROUNDING_STEPS = 0.25  # of a time step, in the last digit of the times: coarser, a sample that is left out does not show
 MAX_TIME_DECIMALS, LATE_TIMES = 9, 100
+# Name and unit in either kind of bracket, quoted or not.
 _HEAD = re.compile(r"^\s*\"?([^\[\](\"]+?)\s*(?:[\[(]\s*([^\])]*?)\s*[\])])?\"?\s*$")
 _TIME_UNITS = {"": 1.0, "s": 1.0, "sec": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6}
 
@@ -65,6 +71,8 @@ def read_columns(path: str | Path) -> Columns:
     for number, line in enumerate(lines, start=1):
         row = split_numbers(line, separator, comma)
         if row is None:
+            # Words before the first line of numbers are a header; behind it they are a fault, as a line left out would
+            # shift the times.
             if rows and line.strip() and line.lstrip()[:1] not in "#%":
                 hint = "decimal comma; write decimal points" if _DECIMAL_COMMA.match(line) else ""
                 faults.append(Fault(number, 1, "", hint or f"{line.strip()[:60]!r} is not a line of numbers"))
@@ -95,6 +103,7 @@ def is_count(name: str) -> bool:
 
 def split_numbers(line: str, separator: str | None, comma: bool) -> list[float] | None:
     """Return the numbers of a line, None where it holds anything else."""
+    # Exports of spreadsheets end a line by a separator, which is no further column, and quote numbers.
     stripped = line.strip().rstrip(";,").replace('"', "").strip()
     if not stripped:
         return None
@@ -164,14 +173,26 @@ def _with_time(path: Path, names: list[str], units: list[str], table: FloatArray
     if is_clock and (decreasing := np.flatnonzero(np.diff(time) < -DAY / 2)).size == 1:
         time[decreasing[0] + 1:] += DAY  # over midnight
     step = (time[-1] - time[0]) / max(time.size - 1, 1)
+    # The second term is single precision's rounding of the last time: loggers write times as float32.
     is_even = step > 0 and np.abs(np.diff(time) - step).max() <= TIME_STEP_TOLERANCE * step + 2e-6 * abs(time[-1])
     if not is_even and _is_rounded(time, step):
         # The last digit of the first and last times would be an error of the rate: all times tell it.
         step = float(np.polyfit(np.arange(time.size), time, 1)[0])
     elif not is_even:
-        raise ToolpointError(f"{path}: time does not run evenly; must have one sample rate; resample it, and give the time "
-                             "enough digits")
+        refuse_uneven_time(path, time)
     return Columns(tuple(names[1:]), tuple(units[1:]), table[:, 1:], 1 / float(step), float(time[0]))
+
+
+def refuse_uneven_time(path: Path, time: FloatArray) -> NoReturn:
+    """Raise ToolpointError for times (s) that are no even sequence: the sample whose step differs most, and both steps."""
+    if time.size < 2:
+        raise ToolpointError(f"{path}: one sample; must be at least two, whose times give the sample rate")
+    steps = np.diff(time)
+    usual = float(np.median(steps))
+    largest_gap = int(np.argmax(np.abs(steps - usual)))
+    step, place = number_text(float(steps[largest_gap])), f"sample {largest_gap + 2} (at {time[largest_gap + 1]:.8g} s)"
+    raise ToolpointError(f"{path}: time does not run evenly: {step} s before {place}, {number_text(usual)} s as a rule; must "
+                         "have one sample rate; resample it, and give the time enough digits")
 
 
 def _is_rounded(time: FloatArray, step: float) -> bool:

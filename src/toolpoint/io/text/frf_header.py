@@ -26,6 +26,7 @@ _WORDS = {part: rf"(?<![a-z])(?:{words})(?![a-z])" for part, words in {  # also 
 _WORDS["magnitude"] += r"|\|h\|"
 _TIME = r"(?:t|time|zeit|temps|tiempo|tempo)(?![a-z])"
 _FREQUENCY = r"freq|\bf\b|\bhz\b|\bkhz\b|omega|\bw\b|rad/s"
+# A name, and the last brackets as its unit, which may hold brackets of its own: (m/s^2)/N.
 _CELL = re.compile(r"^\s*\"?\s*(.*?)\s*(?:[\[(]\s*((?:[^()\[\]]|\([^()]*\))*)\s*[\])])?\s*\"?\s*$")
 
 
@@ -77,6 +78,7 @@ def read_layout(head: Sequence[Sequence[str]], remarks: str, *, count: int, is_c
                               "columns of a record with their units, for example time [s], force [N], acceleration [m/s^2]")
         return _unnamed(units, is_complex, stated, any(names))
     unclear = [names[k + 1] or f"column {k + 2}" for k, part in enumerate(parts) if part is None]
+    # A column is never guessed by its place: a phase taken as an imaginary part gives modes that look right.
     if unclear:
         raise HeaderError(f"column {unclear[0]!r} is not understood; columns are frequency, then real and imaginary, or "
                           "magnitude and phase, for each response, and coherence; name them so, or take the column out")

@@ -24,6 +24,7 @@ from toolpoint.vibration import Dof, Frf
 
 EXPECTED_RESPONSES = "expected text with columns Hz, real, imaginary"
 _NUMBER = r"[-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eEdD][-+]?\d+)?"
+# Complex numbers as MATLAB, Python and spreadsheets print them: 1+2i, (1+2j), 1 + 2*i; D as Fortran's exponent.
 _COMPLEX = re.compile(rf"\(?\s*({_NUMBER})\s*([-+]\s*(?:\d+(?:\.\d*)?|\.\d+)(?:[eEdD][-+]?\d+)?)\s*\*?\s*[ij]\s*\)?")
 _REAL_NUMBER = re.compile(rf"{_NUMBER}|[-+]?nan|[-+]?inf(?:inity)?", re.IGNORECASE)
 _MAX_HEADING_LINES = 100  # lines before the numbers that are looked at
@@ -263,6 +264,8 @@ def _responses(table: Array, layout: FrfLayout) -> tuple[ComplexArray, list[str]
                              * further_values.real)
         else:
             size = values.real if column.part == "magnitude" else 10 ** (values.real / 20)
+            # A phase beyond a turn cannot be in rad where it is wrapped, and unwrapped ones state their unit: so it is in
+            # degrees.
             degrees = not other.has_unit and np.abs(further_values.real).max() > 2 * np.pi + 0.1
             if not other.has_unit:
                 notes.append(f"the phase has no unit: taken in {'degrees' if degrees else 'rad'}")

@@ -12,6 +12,7 @@ from toolpoint.io.door import door
 from toolpoint.io.faults import Fault, FileFaults
 from toolpoint.io.text.columns import EXPECTED_RECORDS, Columns, split_numbers
 
+# Twice in a file: behind the file's own header, and behind that of its channels.
 END = "***End_of_Header***"
 _SEPARATORS = {"Tab": "\t", "Comma": ",", "Semicolon": ";"}
 

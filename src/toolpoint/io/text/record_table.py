@@ -9,12 +9,12 @@ from typing import NoReturn
 
 import numpy as np
 
-from toolpoint._check import FloatArray, ToolpointError
+from toolpoint._check import FloatArray
 from toolpoint.io.decoding import read_text
 from toolpoint.io.faults import Fault, FileFaults
 from toolpoint.io.quantities import units
 from toolpoint.io.quantities.sensitivities import GRAVITY_UNIT
-from toolpoint.io.text.columns import EXPECTED_RECORDS, TIME_STEP_TOLERANCE, read_columns
+from toolpoint.io.text.columns import EXPECTED_RECORDS, TIME_STEP_TOLERANCE, read_columns, refuse_uneven_time
 from toolpoint.vibration import Dof, Record
 
 _FORCE = re.compile(r"f(?:orce)?[ _-]?([xyz])", re.IGNORECASE)
@@ -65,9 +65,7 @@ def of_columns(path: Path, names: Sequence[str], time: FloatArray, *, values: Fl
     """Return columns (SI) over time (s) as a Record after checking that the time runs evenly."""
     step = np.diff(time)
     if step.size == 0 or not step.mean() > 0 or np.abs(step - step.mean()).max() > TIME_STEP_TOLERANCE * step.mean() + 1e-12:
-        worst_sample = int(np.argmax(np.abs(step - step.mean()))) + 1 if step.size else 0
-        raise ToolpointError(f"{path}: time does not run evenly (sample {worst_sample}); must have one sample rate; "
-                             "resample it, and give the time enough digits")
+        refuse_uneven_time(path, time)
     labels = [channel_of(name) for name in names]
     return Record(values, 1 / float(step.mean()), tuple(dof for dof, _ in labels), tuple(kind for _, kind in labels),
                   start=float(time[0]), name=path.name)

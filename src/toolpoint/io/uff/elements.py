@@ -14,6 +14,7 @@ from toolpoint.io.uff.sets import UniversalFile, UniversalSet
 
 BEAMS = frozenset({11, 21, 22, 23, 24})  # a record of orientation stands between head and nodes
 CURVES = BEAMS | {31, 32, 136, 137, 138, 139}
+# Numbers of element kinds as I-DEAS gave them out, a decade a family.
 SURFACES = frozenset({*range(41, 49), *range(51, 57), *range(61, 67), *range(71, 77), *range(81, 87), *range(91, 99)})
 MOST_NODES = 100  # of an element; the largest solids have 27: a larger number is another field read as this one
 # Solids by descriptor: nodes of the lower ring, of rising edges, of the upper ring.

@@ -90,9 +90,11 @@ def _channels(file: UniversalFile, dofs: list[Dof], kinds: list[str]) -> tuple[D
 
 def _step(file: UniversalFile, axes: list[FloatArray]) -> float:
     first = axes[0]
+    # Of text files an axis has six digits or so; a record that began at another time differs by far more.
     if any(axis.size != first.size or not np.allclose(axis, first, rtol=1e-6, atol=1e-9) for axis in axes[1:]):
         raise ToolpointError(f"{file.path}: time records with unequal axes; must share start, step and length")
     step = float((first[-1] - first[0]) / (first.size - 1)) if first.size > 1 else 0.0
+    # Axes written with six digits scatter by as much; a sample that is left out doubles a step.
     if step <= 0 or np.abs(np.diff(first) - step).max() > 1e-3 * step:
         raise ToolpointError(f"{file.path}: time step {step:g} s; must be above zero and even")
     return step
@@ -199,6 +201,7 @@ def _responses(frf: Frf, text: bool, labels: NumberedLabels) -> Iterable[bytes]:
 
 
 def _title() -> bytes:
+    # A fixed date: files of the same numbers are the same bytes, so that they can be compared and kept in a repository.
     lines = ["toolpoint", "NONE", "toolpoint", f"{'01-Jan-00':10s}{'00:00:00':10s}{0:10d}{0:10d}{0:10d}",
              f"{'01-Jan-00':10s}{'00:00:00':10s}", "toolpoint", f"{'01-Jan-00':10s}{'00:00:00':10s}"]
     return ("    -1\n   151\n" + "".join(f"{line:80s}\n" for line in lines) + "    -1\n").encode("ascii")

@@ -28,7 +28,9 @@ AXES: dict[str, Callable[[float, float, int], Array]] = {
     "span": lambda start, stop, n: np.linspace(start, stop, n),
     "rate": lambda start, rate, n: start + np.arange(n) / rate,
 }
+# Columns of thirteen leave no blank before a minus: 1.0E+00-2.0E+00 are two numbers.
 _TOUCHING = re.compile(r"(?<=\d)(?=[-+]\d*\.)")
+# A line of -1 alone ends a set; writers differ in its blanks and in their ends of lines.
 _CLOSING_LINE = re.compile(rb"(?:^|[\r\n])[ \t]{0,8}-1[ \t]*(?=[\r\n]|$)")
 # Fortran drops the letter of an exponent of three digits: 1.234-105.
 _UNMARKED = re.compile(r"(\.\d*)([-+]\d{3})(?=[-+\s]|$)")

@@ -26,6 +26,7 @@ WRITTEN_DECIMALS = 12  # of the mantissa: as the format's E20.12 has them
 # Within these powers of ten no product or rounding error leaves the normal floats.
 LARGEST_POWER = 250
 _DEKKER_SPLITTER = 134217729.0  # 2^27 + 1: halves of a float of 53 bits, whose products are exact
+# Ziv's test: a sum that rounds alike with and without this factor is rounded correctly; the others go the slow way.
 _ZIV_FACTOR = 1 + 2.0**-40
 _PLUS, _MINUS = ord("+") - ord(" "), ord("-") - ord(" ")
 # Lines that differ only in digits and signs have one layout.
@@ -147,6 +148,7 @@ def _product(factor: FloatArray, power: FloatArray) -> tuple[FloatArray, FloatAr
 def twenty_wide(numbers: FloatArray) -> np.ndarray:
     """Return numbers in the format %20.12E, (n, 20) bytes."""
     size = np.abs(numbers)
+    # Exponents of three digits move the columns of a number: such values are left to the slow way.
     usual = (size >= 1e-98) & (size < 1e98)
     power = np.floor(np.log10(np.where(usual, size, 1.0)))
     product, left = _product(np.where(usual, size, 0.0), WRITTEN_DECIMALS - power)

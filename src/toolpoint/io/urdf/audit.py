@@ -37,6 +37,7 @@ def _link_doubts(link: UrdfLink) -> list[Doubt]:
     fault = inertia_fault(link.inertia)
     if fault:
         lines.append(Doubt(name, fault))
+    # Three equal round moments are what exporters and people write to make a simulator start: no body has them.
     if np.ptp(moments) < 1e-12 and any(np.isclose(moments[0], v) for v in (1.0, 0.1, 0.01, 1e-3, 1e-4, 1e-6)):
         lines.append(Doubt(name, f"inertia {moments[0]:g} kg m^2 alike about all axes: a placeholder?"))
     if np.isclose(link.mass, 1.0, atol=1e-12) and np.ptp(moments) < 1e-12:
@@ -51,6 +52,7 @@ def _link_doubts(link: UrdfLink) -> list[Doubt]:
     if not HULL_DENSITY_RANGE[0] < density < HULL_DENSITY_RANGE[1]:
         lines.append(Doubt(name, f"density {density:.3g} kg/m^3 over its hull; believed are {HULL_DENSITY_RANGE[0]:g} to "
                                  f"{HULL_DENSITY_RANGE[1]:g}"))
+    # The centre of mass lies inside the convex hull, so inside the box of the mesh; else it is in another frame or unit.
     if (link.centre < link.corners.min(axis=0) - 1e-9).any() or (link.centre > link.corners.max(axis=0) + 1e-9).any():
         lines.append(Doubt(name, "its centre of mass lies outside of its shape"))
     box = np.sort(link.mass / 12 * (np.sum(span**2) - span**2))

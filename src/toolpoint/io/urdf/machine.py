@@ -122,6 +122,7 @@ def _point(name: str, body: str, frames: Mapping[str, FloatArray]) -> d.PointDes
 
 def _z_onto(axis: FloatArray) -> FloatArray:
     cross = np.cross([0.0, 0.0, 1.0], axis)
+    # Along z, or against it: any axis across turns the one into the other.
     if np.linalg.norm(cross) < 1e-12:
         return np.eye(3) if axis[2] > 0 else np.diag([1.0, -1.0, -1.0])
     angle = float(np.arctan2(np.linalg.norm(cross), axis[2]))

@@ -15,6 +15,7 @@ from toolpoint.io.meshes import stl
 from toolpoint.spatial import rotation
 from toolpoint.spatial import transform as tf
 
+# Robots are some hundred kilobytes: a larger file is a mesh, and an XML parser takes ten times its size.
 MAX_ROBOT_FILE_BYTES = 20_000_000
 DIRECTION_OF_KIND = {"revolute": "rz", "continuous": "rz", "prismatic": "z"}
 

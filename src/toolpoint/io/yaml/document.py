@@ -22,6 +22,7 @@ from toolpoint.io.faults import Fault, FileFaults
 
 Key = tuple[str | int, ...]
 FILE_VERSION = 1  # of all YAML files of toolpoint
+# Machine files are some kilobytes; line and column of every node are kept for messages, many times the text itself.
 LARGEST_FILE = 2_000_000
 KEPT_TEXT = 100_000  # longer texts are parsed each time: their trees are not worth the memory
 MOST_PARTS = 50_000  # keys, values and list entries, each counted as often as aliases repeat it

@@ -72,6 +72,7 @@ class ContourPart(Part):
     feed: Annotated[float, StatedScalar(units.FEED, gt=0)]
     deviation: Annotated[float, StatedScalar(units.LENGTH, gt=0)]
     axes: tuple[str, str] = ("X", "Y")
+    pose: PoseField = {}
 
 
 class ChangePart(Part):

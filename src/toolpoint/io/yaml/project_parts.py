@@ -10,6 +10,7 @@ from toolpoint._check import ToolpointError, fail, one_of
 SECTIONS = ("tests", "cuts", "goals", "programs", "contours", "changes")  # keys that hold named parts
 FILE_KEYS = ("machine", "components", "geometry", "servo")  # keys that hold the name of a file
 MAX_PROJECT_PART_LENGTH = 2000  # characters of a part's line
+# Names that YAML reads back as they stand; all others are quoted (yes, 1e5 and ~ would become something else).
 _PLAIN_NAME = re.compile(r"[A-Za-z_][\w .()+/-]*")
 _TOP_KEY = re.compile(r"[A-Za-z_]\w*\s*:")
 

@@ -12,14 +12,13 @@ from scipy.spatial.transform import Rotation
 from toolpoint._check import LEFT_OUT, FloatArray
 from toolpoint._doubt import Doubt
 from toolpoint._notebook import NotebookText
-from toolpoint._rounding import with_uncertainty
+from toolpoint._rounding import NORMAL_QUANTILE_95, with_uncertainty
 from toolpoint.joint_identification.joints.joint_fit import JointFit
 from toolpoint.joint_identification.joints.kinds import DIRECTIONS, idle_translations, turning_axes, unit_twists
 from toolpoint.joint_identification.motion.measured import about
 from toolpoint.joint_identification.motion.relative_motion import RelativeMotion
 from toolpoint.spatial import transform as tf
 
-NORMAL_QUANTILE_95 = 1.959964  # half width of the 95 % interval over the standard deviation
 _UNITS = {**dict.fromkeys(("x", "y", "z"), "N/m"), **dict.fromkeys(("rx", "ry", "rz"), "N m/rad")}
 
 
@@ -150,6 +149,7 @@ class JointEstimate(NotebookText):
         rotation_square = (w**2).sum(axis=0)
         with np.errstate(divide="ignore", invalid="ignore"):
             pitch = (v * w).sum(axis=0) / rotation_square
+        # A twist with less rotation than rounding leaves is a translation: its pitch is infinite, not some large number.
         return np.where(rotation_square > 1e-18 * np.maximum((v**2).sum(axis=0), 1e-300), pitch, np.inf)
 
     @property

@@ -193,6 +193,7 @@ def nearest_frame(span: FloatArray, ways: tuple[str, ...]) -> FloatArray:
     lowest_cost = np.inf
     axes_tried = np.array(_axes_of(span))
     for axes, point, cost in zip(axes_tried, *_nearest_places(outside, axes_tried, units), strict=True):
+        # Symmetric forms have several frames of equal cost: the first one stays, whatever rounding says.
         if cost < lowest_cost - 1e-12:
             best, lowest_cost = tf.transform(axes, point), cost
     return best
@@ -212,6 +213,7 @@ def _nearest_places(outside: FloatArray, axes: FloatArray, units: FloatArray) ->
 def _axes_of(span: FloatArray) -> list[FloatArray]:
     """Return rotations whose axes are directions that a subspace has: of its rotations, its translations, and mixtures."""
     turn_left, turn_size, turn_right = np.linalg.svd(span[3:], full_matrices=True)
+    # Measured motions never have a rotation of nought: below a twentieth they count as slides.
     slides = span[:3] @ turn_right[int((turn_size > 0.05).sum()):].T
     lines = [*turn_left.T, *(np.linalg.svd(slides)[0].T if slides.size else []), *np.linalg.svd(span[:3])[0].T]
     result = []

@@ -47,7 +47,11 @@ def bending_share(parts: Mapping[str, Component], motions: Mapping[str, RigidMot
         The modes of the fit.
     """
     count = frequency.size
-    bent = {name: _bent(motions, name, parts[name], count=count, criterion=criterion) for name in motions}
+    noisy = noisy_modes(parts, motions, count)
+    bent = {name: _bent(motions, name, parts[name], noisy=noisy[name], criterion=criterion) for name in motions}
+    loud = {name: noisy[name] & (motion.excess.reshape(-1, count).mean(axis=0) > MIN_EXCESS)
+            for name, motion in motions.items()}
+    no_mode = np.zeros(count, bool)
     if not any(values.any() for values in bent.values()):
         return None
     joints, largest, deflection = dict[str, float](), np.zeros(count), np.zeros(count)
@@ -56,6 +60,7 @@ def bending_share(parts: Mapping[str, Component], motions: Mapping[str, RigidMot
         bending = np.maximum(bent[pair.child], bent.get(pair.parent, 0.0))
         deflection, largest = np.maximum(deflection, relative), np.maximum(largest, bending)
         share = np.minimum(bending / np.maximum(relative, 1e-300), 1.0)
+        share = _shared_with_loud(share, loud[pair.child] | loud.get(pair.parent, no_mode))
         # A stiffness is told by the modes whose frequency it moves most: by (deflection / frequency) squared.
         weight = ((relative / frequency) ** 2)[list(kept)] ** 2
         joints[pair.child] = float(np.sqrt((weight * share[list(kept)] ** 2).sum() / max(float(weight.sum()), 1e-300)))
@@ -63,8 +68,52 @@ def bending_share(parts: Mapping[str, Component], motions: Mapping[str, RigidMot
     return BendingShare(joints, np.asarray(lowered))
 
 
-def _bent(motions: Mapping[str, RigidMotion], name: str, part: Component, *, count: int, criterion: Criterion) -> FloatArray:
+def _shared_with_loud(share: FloatArray, loud: BoolArray) -> FloatArray:
+    """Return the shares (n_modes,) of a joint's deflection with that of loud modes taken from the others.
+
+    A component and its joint are springs in line: the same force deflects both, so the share is alike in the modes that load
+    them, and one mode whose noise hides it does not make it nothing.
+    """
+    if not loud.any() or loud.all():
+        return share
+    return np.where(loud, np.maximum(share, np.sqrt((share[~loud] ** 2).mean())), share)
+
+
+def noisy_modes(parts: Mapping[str, Component], motions: Mapping[str, RigidMotion], count: int) -> dict[str, BoolArray]:
+    """Return, of every component, the modes (n_modes,) whose residual is noise by its phase.
+
+    What bends moves in phase with its component, but for the loss of its material. An error of a point's response, such as
+    that of the force of its blows, which is common to its directions, turns the phase as often as it changes the size. So the
+    part of all residuals in quadrature measures the noise of a mode, whatever was stated, and a part in phase that an F-test
+    does not tell from it is no bending. Real shapes have no quadrature and tell nothing.
+    """
+    powers = {name: _phase_powers(parts[name], motion, count) for name, motion in motions.items()
+              if parts[name].values.shape[1] == 2 * count and parts[name].variance is not None}
+    # A point's error is one number for its directions: a third of the rows are independent.
+    freedom = {name: max(motions[name].freedom / 3, 1.0) for name in powers}
+    total = sum(freedom.values())
+    noise = sum((freedom[name] * power[1] for name, power in powers.items()), np.zeros(count)) / max(total, 1.0)
+    chance = {name: stats.f.sf(power[0] / np.maximum(noise, 1e-300), freedom[name], total) for name, power in powers.items()}
+    significance = MIN_COMMON_PVALUE / max(count, 1)  # each mode is asked
+    return {name: np.asarray(chance[name] >= significance) if name in chance else np.zeros(count, bool) for name in motions}
+
+
+def _phase_powers(part: Component, motion: RigidMotion, count: int) -> tuple[FloatArray, FloatArray]:
+    """Return the mean squares (n_modes,) of the residual over its variance, in phase with the motion and in quadrature."""
+    moved, shape = part.rows @ motion.twist, part.values
+    residual = (shape - moved)[:, :count] + 1j * (shape - moved)[:, count:]
+    complex_motion = moved[:, :count] + 1j * moved[:, count:]
+    turned = residual * np.exp(-0.5j * np.angle((complex_motion**2).sum(axis=0)))
+    if part.variance is not None:
+        turned = turned / np.sqrt(0.5 * (part.variance[:, :count] + part.variance[:, count:]))
+    in_phase, quadrature = (turned.real**2).sum(axis=0), (turned.imag**2).sum(axis=0)
+    return np.asarray(in_phase / motion.freedom), np.asarray(quadrature / motion.freedom)
+
+
+def _bent(motions: Mapping[str, RigidMotion], name: str, part: Component, *, noisy: BoolArray, criterion: Criterion
+          ) -> FloatArray:
     """Return the rms displacement (k,) by which a component bends in every mode, 0 where it is no more than noise."""
+    count = noisy.size
     motion = motions[name]
     floor = max(criterion.floor, 1e-3)
     bends = motion.bends(criterion.significance / max(motion.residual.size, 1), floor)
@@ -74,6 +123,7 @@ def _bent(motions: Mapping[str, RigidMotion], name: str, part: Component, *, cou
         uneven = motion.residual > MIN_UNEVENNESS * motion.residual.min()
     share = np.where(bends, motion.bending, 0.0)
     # A residual of the rigid motion beyond noise is bending of another shape than a beam's.
+    uneven &= ~np.tile(noisy, motion.residual.size // count)
     share = np.where(uneven & (motion.residual > floor), np.maximum(share, motion.residual), share)
     return _by_mode(part.values * share, count)
 

@@ -137,6 +137,7 @@ def diagonalise(frame: FloatArray, ways: tuple[str, ...], stiffness: FloatArray)
     best = optimize.least_squares(coupling, np.zeros(motions.shape[1]))
     if best.cost > 1e-3:
         rng = np.random.default_rng(0)
+        # The coupling has several minima over turns of the frame: the best of a few random starts counts.
         restarts = [optimize.least_squares(coupling, rng.uniform(-0.7, 0.7, motions.shape[1])) for _ in range(4)]
         best = min([best, *restarts], key=lambda result: float(result.cost))
     return frame @ tf.exponential(motions @ best.x), np.diag(matrix_at(best.x))

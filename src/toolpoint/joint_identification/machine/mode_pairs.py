@@ -72,4 +72,6 @@ def _similarity(machine: RigidMachine, data: ModalData) -> tuple[FloatArray, Flo
     second = np.einsum("cin,cij,cjn->n", motions.conj(), data.grams, motions, optimize=True).real
     correlation = np.abs(cross) ** 2 / np.outer(first, second)
     log_distance = np.abs(np.log(np.outer(2 * np.pi * data.frequency, 1 / np.abs(poles))))
+    # Shapes decide and frequencies break ties: far apart they count no further, as a wrong stiffness moves a mode by any
+    # factor.
     return correlation, -correlation + 0.2 * np.minimum(log_distance, 2.0)

@@ -115,6 +115,7 @@ def pole_spread(frequency: FloatArray, ratio: FloatArray, covariance: FloatArray
     """
     result = np.zeros((len(frequency), 2, 2))
     for r, f in enumerate(frequency):
+        # Without stated intervals: a millionth of frequency and 1e-4 of damping, so that poles count fully beside shapes.
         covariance_of_pole = np.diag([1e-6, 1e-4]) ** 2 if covariance is None else covariance[r] / np.array([[f * f, f],
                                                                                                              [f, 1.0]])
         # Not a covariance, by few groups or by rounding: the variances are kept, the correlation is dropped.
@@ -140,6 +141,7 @@ def covariance_roots(covariances: Sequence[FloatArray], grams: FloatArray, motio
         flat = (flat + flat.T) / 2 + (floor + floor.T) / 2
         # Columns and units of very different size: scaled to ones before the factor is taken.
         scale = np.sqrt(np.maximum(np.diag(flat), 1e-300))
+        # The root of a covariance needs it positive: rounding leaves eigenvalues of either sign about nought.
         unit = flat / np.outer(scale, scale) + 1e-12 * np.eye(len(scale))
         result.append(np.linalg.inv(np.linalg.cholesky(unit)) / scale)
     return tuple(result)

@@ -19,7 +19,7 @@ from scipy import stats
 
 from toolpoint._check import FloatArray
 from toolpoint._doubt import Doubt
-from toolpoint._rounding import with_uncertainty
+from toolpoint._rounding import NORMAL_QUANTILE_95, with_uncertainty
 from toolpoint.vibration import Modes
 from toolpoint.vibration.driving_point import driving_points
 from toolpoint.vibration.unit_factor import scale_words
@@ -77,7 +77,7 @@ class MassScale:
         assumed = "" if self.calibration is not None else f" ({100 * gain:.0f} % is taken for it: calibration_deviation)"
         return Doubt("masses", f"at the driving points all modes together move {np.sqrt(self.factor):.3g} times as far as the "
                      "masses as stated let them, so that masses are "
-                     f"{with_uncertainty(1 / self.factor, 1.96 * self.deviation / self.factor)} times those"
+                     f"{with_uncertainty(1 / self.factor, NORMAL_QUANTILE_95 * self.deviation / self.factor)} times those"
                      f"{scale_words(self.factor)}, beyond the calibration of force and response{assumed}: stiffnesses go with "
                      "the masses",
                      "check masses, units, sensitivities", figure=float(log_error))
@@ -85,7 +85,7 @@ class MassScale:
     @property
     def note(self) -> str:
         """Sentence on the masses: how many times the stated ones, or those of the fit, they are by the driving points."""
-        words = with_uncertainty(1 / self.factor, 1.96 * self.deviation / self.factor)
+        words = with_uncertainty(1 / self.factor, NORMAL_QUANTILE_95 * self.deviation / self.factor)
         if self.calibration is None:
             ending = "; with calibration_deviation in the component file the fit takes that into account" if self.masses else ""
             return (f"by the driving points all masses are {words} times those stated if force and response are calibrated "

@@ -194,6 +194,7 @@ def _consensus_seeds(data: _PointMotions, min_points: int) -> list[IndexArray]:
 def _is_seed(data: _PointMotions, members: IndexArray) -> bool:
     """Whether points determine a rigid motion: they span a plane, and their directions all of it."""
     spread = np.linalg.svd(data.at[members] - data.at[members].mean(axis=0), compute_uv=False)
+    # Points on a line leave the turn about it free: no body can grow from them.
     return bool(spread[1] > 0.05 * spread[0] and np.linalg.cond(data.normal[members].sum(axis=0)).max() < 1e10)
 
 
@@ -203,6 +204,7 @@ def _noise_factor(data: _PointMotions, seeds: list[IndexArray]) -> float:
     for members in seeds:
         chi2 = _misfit(data, members)[0][members].sum()
         ratio.append(chi2 / max(data.count[members].sum() - 6 * data.values.shape[2], 1))
+    # A low quantile: points of other bodies have large misfits, and only those of this one tell its noise.
     return max(1.0, float(np.quantile(ratio, 0.3)))
 
 

@@ -24,7 +24,7 @@ import numpy as np
 
 from toolpoint._check import FloatArray
 from toolpoint._doubt import Doubt
-from toolpoint._rounding import with_uncertainty
+from toolpoint._rounding import NORMAL_QUANTILE_95, with_uncertainty
 from toolpoint.joint_identification.motion.measured import Component
 from toolpoint.joint_identification.motion.point_places import weigh_motions
 from toolpoint.vibration import Modes
@@ -36,7 +36,6 @@ _MIN_AXIS_COSINE = 0.999  # cosine, from which a measured direction is one of th
 _MAX_AXES_COSINE = 0.05  # of two directions of one sensor
 _GAIN_ROUNDS = 4  # of gains and noise in turn
 _AXIS_NAMES = "xyz"
-_HALF_WIDTH_DEVIATIONS = 1.96  # two-sided 95 % of a normal error
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,7 +96,7 @@ class SensorGains:
                 "corrected by them, and the intervals cover what is left open")
 
     def _words(self) -> str:
-        half = _HALF_WIDTH_DEVIATIONS * self.factors * np.sqrt(np.diag(self.covariance))
+        half = NORMAL_QUANTILE_95 * self.factors * np.sqrt(np.diag(self.covariance))
         return ", ".join(f"{_name_of(axis)} {with_uncertainty(factor, width)}"
                          for axis, factor, width in zip(self.axes, self.factors, half, strict=True))
 

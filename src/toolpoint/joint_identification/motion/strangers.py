@@ -10,15 +10,19 @@ Source: Huber, Ronchetti, Robust Statistics, 2nd ed., chapter 7.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 from scipy import stats
 
 from toolpoint._check import BoolArray, FloatArray
-from toolpoint.joint_identification.motion.body_misfit import without_points
+from toolpoint.joint_identification.motion.body_misfit import find_suspect, without_points
 from toolpoint.joint_identification.motion.measured import Component, Point, about
 from toolpoint.joint_identification.motion.rigid_motion import beam_deformations, deformations, rigid_motion
+from toolpoint.joint_identification.motion.wrong_channels import faulty_points
 
 _NORMAL_ABSOLUTE_MEDIAN = 0.6744898  # of a standard normal variable
+MIN_OUTLIER_MISFIT_RATIO = 50.0  # mean square misfit with an unexplained point over that without it
 _DEFORMATION_ORDER, _MIN_ROWS_PER_DEFORMATION = 3, 2.5  # of smooth deformations; rows for each of them, to test them
 
 
@@ -40,6 +44,22 @@ def strangers(part: Component, significance: float = 1e-6, floor: float = 0.03) 
         smooth = basis[:, size > 1e-6 * size[0]]
         outside &= _is_outlier(part, smooth, significance, floor)
     return tuple(part.points[i] for i in np.flatnonzero(outside))
+
+
+def sure_strangers(parts: Mapping[str, Component]) -> dict[str, tuple[Point, ...]]:
+    """Return the points, by component, without which few others still determine its motion as one body.
+
+    They have a channel or all channels of one wrong factor (`faulty_points`), or nothing explains them and the component moves
+    far better without them. The ends of a component that bends do not: bending moves several points.
+    """
+    faulty = faulty_points(parts)
+    result = dict[str, tuple[Point, ...]]()
+    for name, part in parts.items():
+        suspect = find_suspect(part)
+        point = None if suspect is None else part.points[suspect.point]
+        is_sure = suspect is not None and (faulty.get(name) == point or suspect.ratio >= MIN_OUTLIER_MISFIT_RATIO)
+        result[name] = (point,) if point is not None and is_sure else ()
+    return result
 
 
 def _others_bend(part: Component, outside: BoolArray, significance: float) -> bool:
@@ -83,6 +103,7 @@ def _robust_error(part: Component, rows: FloatArray, weights: FloatArray) -> Flo
         if np.abs(new - trust).max() < 1e-3:
             break
         trust = new
+    # A point that determines the motion alone fits itself: its error is raised by what it takes, but not without bound.
     return error / np.sqrt(np.clip(1 - leverage, 0.05, 1))
 
 

@@ -8,12 +8,13 @@ number, in closed form (the derivative of the residual by a row's factor is its 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
-from toolpoint._check import FloatArray
+from toolpoint._check import FloatArray, IndexArray
 from toolpoint._doubt import Doubt
-from toolpoint.joint_identification.motion.measured import Component, about
+from toolpoint.joint_identification.motion.measured import Component, Point, about
 from toolpoint.vibration import Dof
 
 # Misfit of a rigid motion over that with one channel corrected from which the channel is named: a component that bends, or
@@ -31,26 +32,55 @@ def question_channels(parts: Mapping[str, Component], dofs: Sequence[Dof]) -> li
 
     dofs : of the shapes that they are part of.
     """
-    doubts = []
-    for name, part in parts.items():
-        misfit, factors = _misfits(part)
-        free = (len(part.rows) - 6) * part.values.shape[1] - 1
-        best = int(np.argmin(misfit[:-1]))
-        is_explained = misfit[-1] >= MIN_MISFIT_RATIO * misfit[best] and abs(factors[best] - 1) >= MIN_CHANNEL_DEVIATION
-        point_doubt = _question_points(name, part, best_channel_misfit=float(misfit[best]))
-        if point_doubt is not None:
-            doubts.append(point_doubt)
-        if free < MIN_FREE_ROWS or not is_explained or point_doubt is not None:
-            continue
-        rivals = [i for i in np.flatnonzero(misfit[:-1] < RIVAL_MISFIT_RATIO * misfit[best]).tolist() if i != best]
-        labels = tuple(str(dof) for dof in dofs if dof.point in part.points and not dof.is_rotation)
-        doubts.append(_doubt_of(name, labels, best, rivals, factor=float(factors[best]),
-                                ratio=float(misfit[-1] / max(misfit[best], 1e-300))))
-    return doubts
+    return [fault.doubt(dofs) for part in parts.values() if (fault := _fault_of(part)) is not None]
 
 
-def _question_points(name: str, part: Component, *, best_channel_misfit: float) -> Doubt | None:
-    """Return the doubt on a point all of whose channels have one wrong gain; None where a single channel explains more."""
+def faulty_points(parts: Mapping[str, Component]) -> dict[str, Point]:
+    """Return the point, by component, whose channel or channels explain the misfit of the component by one wrong factor."""
+    faults = {name: _fault_of(part) for name, part in parts.items()}
+    return {name: point for name, fault in faults.items() if fault is not None and (point := fault.point) is not None}
+
+
+@dataclass(frozen=True, eq=False)
+class _Fault:
+    """One wrong factor of a component's channels: `rows` that it is on, further rows that explain the misfit as well, the
+    factor by which the values must be multiplied, and the misfit over that with it."""
+
+    part: Component
+    rows: IndexArray
+    rivals: tuple[int, ...]
+    factor: float
+    ratio: float
+
+    @property
+    def point(self) -> Point | None:
+        """The point of all channels that may be wrong; None where they belong to several."""
+        owners = set(self.part.owner[[*self.rows.tolist(), *self.rivals]].tolist())
+        return self.part.points[owners.pop()] if len(owners) == 1 else None
+
+    def doubt(self, dofs: Sequence[Dof]) -> Doubt:
+        """Return the doubt on the channel, or on the point all of whose channels have one wrong gain."""
+        if len(self.rows) > 1:
+            return _doubt_of_point(self)
+        labels = tuple(str(dof) for dof in dofs if dof.point in self.part.points and not dof.is_rotation)
+        return _doubt_of(self.part.name, labels, int(self.rows[0]), list(self.rivals), factor=self.factor, ratio=self.ratio)
+
+
+def _fault_of(part: Component) -> _Fault | None:
+    """Return the one wrong channel or point of a component; None where no single factor explains its misfit."""
+    misfit, factors = _misfits(part)
+    best = int(np.argmin(misfit[:-1]))
+    fault = _fault_of_point(part, best_channel_misfit=float(misfit[best]))
+    free = (len(part.rows) - 6) * part.values.shape[1] - 1
+    is_explained = misfit[-1] >= MIN_MISFIT_RATIO * misfit[best] and abs(factors[best] - 1) >= MIN_CHANNEL_DEVIATION
+    if fault is not None or free < MIN_FREE_ROWS or not is_explained:
+        return fault
+    rivals = tuple(i for i in np.flatnonzero(misfit[:-1] < RIVAL_MISFIT_RATIO * misfit[best]).tolist() if i != best)
+    return _Fault(part, np.array([best]), rivals, float(factors[best]), float(misfit[-1] / max(misfit[best], 1e-300)))
+
+
+def _fault_of_point(part: Component, *, best_channel_misfit: float) -> _Fault | None:
+    """Return the point all of whose channels have one wrong gain; None where a single channel explains more."""
     if not _have_gains(part):
         return None
     misfit, factors = _misfits_of_points(part)
@@ -61,10 +91,16 @@ def _question_points(name: str, part: Component, *, best_channel_misfit: float) 
     if (total < MIN_MISFIT_RATIO * misfit[best] or abs(factor - 1) < MIN_CHANNEL_DEVIATION or best_channel_misfit < misfit[best]
             or rivals.min() < RIVAL_MISFIT_RATIO * misfit[best]):
         return None
+    return _Fault(part, np.flatnonzero(part.owner == best), (), factor, float(total / max(misfit[best], 1e-300)))
+
+
+def _doubt_of_point(fault: _Fault) -> Doubt:
+    """Return the doubt on a point with another gain."""
+    part, factor = fault.part, fault.factor
     cause = "struck from the other side, or the sensor turned" if factor < 0 else "another gain, unit or calibration"
-    return Doubt(f"point {part.points[best]}", f"with all its channels multiplied by {factor:.3g}, {name} moves as one body "
-                 f"{total / max(misfit[best], 1e-300):.2g} times better: {cause} while it was measured",
-                 "look at its records and correct them", figure=factor)
+    return Doubt(f"point {fault.point}", f"with all its channels multiplied by {factor:.3g}, {part.name} moves as one body "
+                 f"{fault.ratio:.2g} times better: {cause} while it was measured", "look at its records and correct them",
+                 figure=factor)
 
 
 def channel_misfit_ratio(part: Component) -> float:
@@ -90,6 +126,7 @@ def _misfits_of_points(part: Component) -> tuple[FloatArray, FloatArray]:
             slope[k] += float(residual @ spread)
             power[k] += float(spread @ spread)
     change = slope / np.maximum(power, 1e-300)
+    # Never quite zero: of exact data the ratio to the misfit as measured would be infinite.
     return np.append(np.maximum(total - slope * change, 1e-12 * total), total), 1 - change
 
 

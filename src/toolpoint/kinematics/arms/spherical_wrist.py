@@ -179,6 +179,7 @@ class SphericalWrist:
         turned = cmath.exp(1j * angles[1])
         elbow, wrist = upper * turned, (upper + lower * cmath.exp(1j * sense * angles[2])) * turned
         forward_distance = start + wrist.real
+        # On the border between two branches either name fits: the one that was asked for is given back.
         facing = forward_distance if abs(forward_distance) > 1e-12 else 0.5 - numbers[0]
         # The elbow above the line from shoulder to wrist, of an arm that leans the way it faces; the sign against the line
         # itself is kept where the wrist passes over axis 2, at which "above" changes though no axis turns round.
@@ -267,6 +268,7 @@ def _solve_linear_angle(cosine: float, sine: float, constant: float) -> list[flo
     """
     size = math.hypot(cosine, sine)
     if size < 1e-14:
+        # The axis goes through the point: any angle will do, and nought is given.
         return [0.0] if abs(constant) < 1e-12 else []
     ratio = constant / size
     if abs(ratio) > 1 + COSINE_TOLERANCE:

@@ -169,6 +169,7 @@ def _balance(place: Placement, forces: list[_Force]) -> tuple[FloatArray, list[F
     kkt = np.zeros((place.poses, n + count, n + count))
     kkt[:, :n, :n], kkt[:, :n, n:], kkt[:, n:, :n] = stiffness / scale, np.swapaxes(constraints, -1, -2), constraints
     right_side = np.concatenate([load / scale, np.zeros((place.poses, count))], axis=1)
+    # A free machine has motions that no force resists, and loops that hold it twice: both leave the matrix singular.
     solution = (np.linalg.pinv(kkt, rcond=1e-12, hermitian=True) @ right_side[..., None])[..., 0]
     _check_balance(place, kkt, solution, right_side, scale)
     deflection, multipliers = solution[:, :n], solution[:, n:] * scale

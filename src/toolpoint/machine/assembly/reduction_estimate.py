@@ -96,6 +96,7 @@ def estimate_reduction(machine: Machine, pose: Mapping[str, float] | None = None
             shift, reach = max(shift, body.residual.shift), min(reach, body.residual.reach)
     shifted = basis_vectors.T @ (stiffness + shift * mass) @ basis_vectors
     residual = residual / max(1 - _softening_fraction(basis_vectors.T @ geometric @ basis_vectors, shifted), 1e-300)
+    # What tables of sliding places leave out is work as well: it adds to the square, so to the bound.
     error = bound_errors(squares, residual, shift) + tables / np.maximum(squares, 1e-300)
     count = min(modes, len(squares))
     frequency = omega[:count] / (2 * np.pi)
@@ -144,6 +145,7 @@ class _ModeWrenches:
             for link, sign in ((loop.child, 1.0), (loop.parent, -1.0)):
                 if link >= 0:
                     joints[link] += sign * wrench
+        # Children have larger numbers: from the tips inwards every joint has all that hangs on it.
         for link in reversed(range(len(joints))):
             if machine.chain.parents[link] >= 0:
                 joints[machine.chain.parents[link]] += joints[link]

@@ -24,6 +24,7 @@ def equal_box(mass: FloatArray) -> FloatArray:
     first_moment = mass[3:6, :3] / total
     about_centre = np.diag(mass[3:6, 3:6] + total * first_moment @ first_moment)
     squares = 6 / total * (about_centre.sum() - 2 * about_centre)
+    # A plate or a rod has an inertia of rounding about its thin axis: it is drawn a thousandth as thick, not as nothing.
     return np.sqrt(np.maximum(squares, 1e-6 * max(float(squares.max()), 1e-9)))
 
 

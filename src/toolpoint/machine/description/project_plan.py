@@ -69,12 +69,14 @@ class ProjectChange:
 
 @dataclass(frozen=True)
 class ContourGoal:
-    """Circle that the servo must follow: radius (m), feed (m/s), largest radial deviation (m), its two axes."""
+    """Circle that the servo must follow: radius (m), feed (m/s), largest radial deviation (m), its two axes, and the pose of
+    the machine (m or rad)."""
 
     radius: float
     feed: float
     deviation: float
     axes: tuple[str, str] = ("X", "Y")
+    pose: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

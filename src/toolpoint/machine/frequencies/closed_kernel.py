@@ -25,6 +25,7 @@ def _rotation_of(x: float, y: float, z: float, out: FloatArray) -> None:
     """Fill `out` (3, 3) with the rotation of a vector (x, y, z): R = I + a [v] + b [v]^2, a = sin t / t, b = (1 - cos t) /
     t^2."""
     angle = np.sqrt(x * x + y * y + z * z)
+    # Series: below, 1 - cos loses half of its digits, while the next terms of the series are below 1e-17.
     if angle < 1e-4:
         a, b = 1.0 - angle * angle / 6.0, 0.5 - angle * angle / 24.0
     else:
@@ -40,6 +41,7 @@ def _vector_of(r: FloatArray, out: FloatArray) -> None:
     trace = r[0, 0] + r[1, 1] + r[2, 2]
     x, y, z = r[2, 1] - r[1, 2], r[0, 2] - r[2, 0], r[1, 0] - r[0, 1]
     sine = 0.5 * np.sqrt(x * x + y * y + z * z)
+    # Not by arccos of the trace, which knows nothing of small angles: its slope is infinite at one.
     angle = np.arctan2(sine, 0.5 * (trace - 1.0))
     factor = 0.5 * (angle / sine) if sine > 1e-9 else 0.5
     out[0], out[1], out[2] = factor * x, factor * y, factor * z
@@ -88,6 +90,7 @@ def forward(tree: tuple[Any, ...], ways: IndexArray, values: FloatArray, state: 
                 cosine, sine = np.cos(values[step]), np.sin(values[step])
                 for a in range(3):
                     u, v = now_r[a, b], now_r[a, c]
+                    # A turn about an own axis mixes two columns only: no product of matrices for the most frequent step.
                     now_r[a, b], now_r[a, c] = u * cosine + v * sine, v * cosine - u * sine
             k += 1
         end_t[i] = now_t
@@ -141,6 +144,7 @@ def _equations(loops: tuple[Any, ...], state: tuple[Any, ...], residual: FloatAr
             residual[last] = weight[last] * gap[row_way[last]]
             last += 1
         for s in range(twists.shape[0]):
+            # A step that is on neither branch of a loop, or on both alike, does not move its gap.
             if signs[l, s] == 0.0:
                 for k in range(row, last):
                     rate[k, s] = 0.0
@@ -161,6 +165,8 @@ def _gap(r: FloatArray, t: FloatArray, turning: IndexArray, gap: FloatArray) -> 
     gap[3:] = 0.0
     number = turning[0]
     if number == 0:
+        # The sine of the rotation, not its angle: smooth through zero. Its other zero, half a turn, is out of reach of one
+        # part of the way.
         gap[3], gap[4], gap[5] = 0.5 * (r[2, 1] - r[1, 2]), 0.5 * (r[0, 2] - r[2, 0]), 0.5 * (r[1, 0] - r[0, 1])
     elif number == 1:
         a = turning[1]
@@ -218,6 +224,8 @@ def solve(matrix: FloatArray, right: FloatArray, n: int, columns: int) -> float:
         for i in range(k + 1, n):
             if abs(matrix[i, k]) > size:
                 pivot, size = i, abs(matrix[i, k])
+        # Rows are weighted to the machine's size, so a pivot of rounding means a singular position, where assembly modes
+        # meet.
         if size < 1e-13:
             return 0.0
         if pivot != k:
@@ -252,6 +260,7 @@ def _advance(values: FloatArray, delta: FloatArray, passive: IndexArray, balls: 
     for b in range(balls.shape[0]):
         i, j, k = balls[b]
         x, y, z = delta[i - passive[0]], delta[j - passive[0]], delta[k - passive[0]]
+        # The loop above has added the change as if rotation vectors added up: it is taken back, and the turn composed.
         _rotation_of(values[i] - x, values[j] - y, values[k] - z, work[0])
         _rotation_of(x, y, z, work[1])
         _product(work[0], work[1], work[2])
@@ -289,6 +298,7 @@ def _settle(chain: tuple[Any, ...], start: FloatArray, goal: FloatArray, values:
         forward(tree, ways, values, state, work)
         _equations(loops, state, system[0], system[1], work)
         for s in range(driven):
+            # The passive steps follow the drives to first order before Newton begins: so whole ways are mostly one step.
             move = (goal[s] - start[s]) * (target_part - done_part)
             values[s] += move
             for i in range(passive.size):
@@ -298,6 +308,7 @@ def _settle(chain: tuple[Any, ...], start: FloatArray, goal: FloatArray, values:
             _advance(values, delta, passive, balls, work)
             is_closed = _newton(chain, values, state, system, sign, work, delta)
         if is_closed:
+            # Quartered where it fails and doubled where it does not: one hard place does not make the rest of the way slow.
             done_part, step = target_part, 2 * step
             last_values[:] = values
         else:
@@ -313,6 +324,8 @@ def _newton(chain: tuple[Any, ...], values: FloatArray, state: tuple[Any, ...], 
     for number in range(MAX_NEWTON_STEPS):
         forward(tree, ways, values, state, work)
         _equations(loops, state, system[0], system[1], work)
+        # The determinant changes its sign where assembly modes meet: the other sign means that the loops closed the other
+        # way.
         if _corrected(system, state, passive, delta, work) != sign:
             return False
         size = 0.0

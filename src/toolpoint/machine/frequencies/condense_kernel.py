@@ -112,6 +112,7 @@ def _add_elastic(elastic: FloatArray, rows: FloatArray, full: FloatArray) -> Non
         for a in range(6):
             for b in range(6):
                 k = elastic[l, a, b]
+                # Most loop joints are stiff in one or two directions: two tests save most of the products.
                 if k != 0.0:
                     for i in range(full.shape[0]):
                         if rows[l, a, i] != 0.0:
@@ -149,6 +150,8 @@ def scale_by_stiffness(mass: FloatArray, stiffness: FloatArray, is_solved: BoolA
                 for c in range(j):
                     total -= k[i, c] * k[j, c]
                 if i == j:
+                    # Less than rounding of the products above is left: a motion without stiffness, whose 1/frequency would
+                    # be infinite.
                     if not total > 1e-12 * k[i, i]:
                         is_solved[pose] = False
                         total = 1.0

@@ -19,6 +19,7 @@ def tree_mass_matrices(tree: JointTree, bodies: BodyMoments, motions: JointMotio
     """Fill `out` (P, n, n) with mass matrices of a `JointTree`, its `BodyMoments` and `JointMotions`, by composite inertias."""
     parents, (columns, column_link, on_path) = tree.parents, motions
     links, n, poses = parents.size, columns.shape[0], positions.shape[0]
+    # Made once for all poses: memory asked for in the loop would cost more than the arithmetic of a small machine.
     moved_r, moved_t = np.empty((links, 3, 3)), np.empty((links, 3))
     rotation, place = np.empty((links, 3, 3)), np.empty((links, 3))
     mass, first_moment, second_moment = np.empty(links), np.empty((links, 3)), np.empty((links, 3, 3))
@@ -33,6 +34,8 @@ def tree_mass_matrices(tree: JointTree, bodies: BodyMoments, motions: JointMotio
             _momentum(mass[link], first_moment[link], second_moment[link], twists[j], force)
             for i in range(j + 1):
                 value = 0.0
+                # Composite inertias: the momentum that motion j gives to all beyond it works on the motions of joints
+                # before it alone.
                 if on_path[column_link[i], link]:
                     for a in range(6):
                         value += twists[i, a] * force[a]
@@ -100,6 +103,7 @@ def _place_links(tree: JointTree, position: FloatArray, moved_r: FloatArray, mov
         for a in range(3):
             moved_t[i, a] = now_t[a] - (moved_r[i, a, 0] * frame_t[i, 0] + moved_r[i, a, 1] * frame_t[i, 1]
                                         + moved_r[i, a, 2] * frame_t[i, 2])
+            # Springs that ride with the child are turned and shifted by the steps of their own joint.
             if at_child[i]:
                 place[i, a] = now_t[a]
 
@@ -140,6 +144,7 @@ def _inertias(parents: IndexArray, bodies: BodyMoments, moved_r: FloatArray, mov
                 second_moment[i, a, b] = s[a, b] + h[a] * t[b] + t[a] * h[b] + m * t[a] * t[b]
             first_moment[i, a] = h[a] + m * t[a]
         mass[i] = m
+    # Children have larger numbers than their parents: backwards, a link is complete before it is added.
     for i in range(links - 1, -1, -1):
         p = parents[i]
         if p >= 0:
@@ -187,6 +192,8 @@ def scale_blocks(matrices: FloatArray, factor: FloatArray, diagonal: bool, start
     n, poses = matrices.shape[1], matrices.shape[0]
     work, single = np.empty((n, n)), np.empty((n, n))
     for w in range(POSE_BLOCK_SIZE):
+        # The last block is filled up with the last pose: inner loops have a fixed length, which the compiler turns into
+        # whole vectors.
         source = matrices[min(start + w, poses - 1)]
         if diagonal:
             for i in range(n):
@@ -222,6 +229,8 @@ def tridiagonalise(a: FloatArray, d: FloatArray, e: FloatArray) -> None:
             e[c, w] = alpha
             v[c + 1, w] = head - alpha
             size = beta[w] - head * alpha
+            # A column that is nought already needs no reflection; poses of a block share the steps, so it cannot be
+            # skipped.
             beta[w] = 1.0 / size if size > 0 else 0.0
         p[c + 1:n] = 0.0
         # p = A v from the lower triangle alone: each entry serves its row and, mirrored, its column.
@@ -279,6 +288,7 @@ def largest_eigenvalues(d: FloatArray, e: FloatArray, number: int, out: FloatArr
     for r in range(number):
         for w in range(POSE_BLOCK_SIZE):
             lower[w] = gershgorin_min[w]
+            # Widened by rounding, so that a repeated eigenvalue does not lie on the bound of its twin.
             upper[w] = gershgorin_max[w] * (1 + 1e-14) if r == 0 else out[r - 1, w] * (1 + 1e-14)
         for _ in range(52):  # halvings: the digits of a double
             for w in range(POSE_BLOCK_SIZE):

@@ -62,6 +62,7 @@ def _gearing(sheet: RobotDatasheet, axis: RobotAxis) -> AxisGearing:
     lines = []
     for name, digits in _PRINTED_DECIMALS.items():
         printed = getattr(axis.printed, name)
+        # Half of the last printed digit is what a table can hide; more is another number.
         if printed is not None and abs(values[name] - printed) > 0.5 * 10.0**-digits + 1e-9:
             lines.append(f"{name.replace('_', ' ')} printed {printed:g}, follows {values[name]:.4g}")
     return AxisGearing(axis.name, total, values["reducer_ratio"], values["torque"], axis.load_moment, reducer, nearest_reducer,

@@ -19,6 +19,7 @@ def lay_lines(stock: Stock, spacing: float, *, motions: FloatArray, block: np.nd
     if type(stock) is not Stock:
         fail("stock", stock.words, "must be a box, a cylinder or a mesh", remedy="give the work before the first cut")
     size = stock.upper - stock.lower
+    # A size that is a whole number of spacings must not get one line more by rounding.
     count = np.maximum(np.ceil(size / spacing - 1e-9).astype(int), 1)
     lines = int(count[1] * count[2] + count[0] * count[2] + count[0] * count[1])
     if lines > MAX_TRI_LINES:

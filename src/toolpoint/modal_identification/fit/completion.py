@@ -41,6 +41,7 @@ def search(data: Data, fit: PoleFit, residual: ComplexArray, *, trial_pole: comp
     `residual`: residual over its standard deviation, (n_f, n_sampled, n_inputs), as `estimate.residual` gives it; `tried`:
     poles that came to nothing, about which no other is looked for.
     """
+    # Poles of a fit that is not complete yet may have any damping: a candidate is looked for with that of a structure.
     ratios = np.clip(-fit.poles.real / np.abs(fit.poles), 1e-3, 0.1)
     median_ratio, largest_ratio = float(np.median(ratios)), float(ratios.max())
     candidate = _best_candidate(data, fit, residual, trial=_trial_poles(data, median_ratio, trial_pole, tried),

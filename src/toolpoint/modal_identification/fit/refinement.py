@@ -65,6 +65,7 @@ class Data:
         # Terms outside the band are nearly dependent: an orthonormal basis of what differs is taken off once, and no fit
         # sees them again.
         outside_basis, singular, _ = np.linalg.svd(outside, full_matrices=False)
+        # Residual terms of a narrow band are nearly alike: a direction of rounding would get any size.
         outside_basis = np.ascontiguousarray(outside_basis[:, singular > 1e-10 * singular[0]])
         flat = values.reshape(values.shape[0], -1)
         power = np.einsum("fk,fk->k", flat, flat) - ((outside_basis.T @ flat) ** 2).sum(axis=0)
@@ -295,6 +296,7 @@ def _solve_step(fit: PoleFit, damping: float) -> FloatArray:
     scaled = matrix / diagonal[:, None] / diagonal + damping * np.eye(free.size)
     # Participations of exactly repeated poles can be combined freely: such directions carry no information and are not moved.
     eigenvalues, vectors = np.linalg.eigh(scaled)
+    # What the lines do not determine stays where it is, instead of a step by the inverse of rounding.
     is_determined = eigenvalues > 1e-10 * eigenvalues[-1]
     right = vectors.T @ (fit.gradient[free] / diagonal)
     step = np.zeros(fit.gradient.size)

@@ -42,6 +42,7 @@ def plan_bands(lengths: list[int], rate: float, rows: int, *, blocks: int, band:
     lower_end, upper_end = (0.0, rate_limit) if band is None else (float(band[0]), float(band[1]))
     if not 0 <= lower_end < upper_end:
         fail("band", f"{lower_end:g} .. {upper_end:g} Hz", "must rise from 0 or more")
+    # A band that ends just at the limit must not fail by the rounding of a product.
     if upper_end > rate_limit * (1 + 1e-9):
         fail("band", f"{upper_end:g} Hz",
              f"must end at {rate_limit:.5g} Hz or below: {rate:g} samples a second over {BAND_SAMPLES_PER_CYCLE:g}")

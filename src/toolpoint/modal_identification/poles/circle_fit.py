@@ -79,6 +79,7 @@ class Quadrature:
 
 def _lines_about(frf: Frf, pole: complex) -> Array:
     """Return the lines within 1.5 half widths of a pole."""
+    # A circle needs several lines: of a sharp pole on coarse lines those beside it are taken, however far down they lie.
     width = max(-pole.real, 1.5 * float(np.median(np.diff(frf.omega))))
     return np.flatnonzero(np.abs(frf.omega - abs(pole)) <= 1.5 * width)
 
@@ -106,6 +107,7 @@ def _fit_pole(omega: FloatArray, mobility: ComplexArray, start: complex) -> comp
     nearest_line = int(np.argmin(np.abs(omega - abs(start))))
     fit = least_squares(model, [0.0, np.log(ratio), angle[nearest_line]], x_scale=[ratio, 0.3, 1.0])
     natural, ratio = abs(start) * np.exp(fit.x[0]), float(np.exp(fit.x[1]))
+    # Beyond the lines the circle is extrapolated, and a mode with 30 % of damping draws no circle.
     if not omega[0] <= natural <= omega[-1] or ratio > 0.3:
         return None
     return complex(natural * (-ratio + 1j * np.sqrt(1 - ratio**2)))

@@ -44,6 +44,7 @@ class Realization:
             # The shift is solved backwards, which leaves the poles of the noise unstable (as in `lsce`).
             matrix = np.linalg.lstsq(observed[inputs:], observed[:-inputs], rcond=None)[0]
             roots, right = np.linalg.eig(matrix)
+            # A root at nought is a delay of a sample: its logarithm would be a pole infinitely far to the left.
             keep = np.abs(roots) > 1e-8
             orders.append((states, -np.log(roots[keep].astype(complex)) / interval, (observed[:inputs] @ right)[:, keep]))
         diagram = Diagram.collected(orders, (frf.omega[0], frf.omega[-1]))

@@ -145,6 +145,7 @@ def _drop_ripples(peaks: list[Peak]) -> list[Peak]:
 def _is_same_mode(peak: Peak, other: Peak) -> bool:
     is_near = abs(peak.omega - other.omega) < max(peak.ratio * peak.omega, other.ratio * other.omega)
     product = abs((peak.residue * other.residue).sum())
+    # Two peaks of one mode have one shape; two close modes of different shape stay two.
     return is_near and product > 0.7 * np.linalg.norm(peak.residue) * np.linalg.norm(other.residue)
 
 

@@ -71,6 +71,7 @@ def drop_repeated(choice: Selection) -> Selection:
     kept: list[int] = []
     for i in np.argsort(-choice.support, kind="stable").tolist():
         s = choice.poles[i]
+        # Closer than a tenth of their half width two poles are one: no band of lines would part them.
         if all(abs(s - choice.poles[j]) > 0.1 * abs(choice.poles[j].real) for j in kept):
             kept.append(i)
     kept.sort()
@@ -88,6 +89,7 @@ def group_poles(diagram: Diagram) -> list[list[int]]:
         assigned = set()
         if groups:
             distance = _distance(diagram, indices, last_members, centre)
+            # Bounded: one pole without a partner must not pull all the others to their second best.
             rows, columns = linear_sum_assignment(np.minimum(distance, 10.0))
             for row, column in zip(rows, columns, strict=True):
                 if distance[row, column] < 1.0:

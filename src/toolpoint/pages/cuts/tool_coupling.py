@@ -77,6 +77,7 @@ def _with_band(tip: PlaneReceptance) -> tuple[FloatArray, FloatArray, FloatArray
     size = np.abs(tip.values[:, 0, 0])
     if tip.draws is None:
         return size, size, size
+    # Weibull's plotting positions: of few draws the plain percentiles lie inside the interval that they stand for.
     lower_end, upper_end = np.percentile(np.abs(tip.draws[:, :, 0, 0]), [2.5, 97.5], axis=0, method="weibull")
     return size, lower_end, upper_end
 

@@ -114,6 +114,7 @@ def _place_parts(now: ModelCorrelation, model: Mapping[Point, FloatArray], test:
                  bodies: Mapping[str, Sequence[Point]]) -> list[Chart | Table]:
     positions = {point: model[point] for point in now.comac}
     lines = _lines(now, test)
+    # A chart of good agreement must not blow its noise up to its full height.
     ecomac_top = max(0.05, max(now.ecomac.values()))
     worst_points = sorted(now.comac, key=lambda p: now.comac[p])[:8]
     comac_bottom = min(0.9, np.floor(10 * min(now.comac.values())) / 10)

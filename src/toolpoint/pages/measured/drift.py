@@ -6,12 +6,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from toolpoint._rounding import probability_text
+from toolpoint._rounding import NORMAL_QUANTILE_95, probability_text
 from toolpoint.plot import Cell, Chart, Notes, Report, Table
 from toolpoint.plot.figures.measured.drift import course_of_modes, mode_changes
 from toolpoint.studies.drift.drift_study import DriftStudy
 from toolpoint.studies.drift.evidence import MODEL_ERROR_FRACTION
-from toolpoint.studies.drift.mode_changes import NORMAL_95_QUANTILE, ModeChanges
+from toolpoint.studies.drift.mode_changes import ModeChanges
 
 
 def drift_page(study: DriftStudy, machine_name: str = "", *, warnings: Sequence[str] = ()) -> Report:
@@ -69,7 +69,7 @@ def _mode_table(changes: ModeChanges, false_alarms: float) -> Table:
             rows.append([f"{changes.baseline.frequency[i]:.4f}", "not seen", "", "", Cell("not judged", "doubtful")])
             continue
         rows.append([f"{changes.baseline.frequency[i]:.4f}", f"{changes.current.frequency[j]:.4f}",
-                     f"{100 * np.expm1(changes.change[i]):+.3f}", f"{100 * NORMAL_95_QUANTILE * changes.deviation[i]:.3f}",
+                     f"{100 * np.expm1(changes.change[i]):+.3f}", f"{100 * NORMAL_QUANTILE_95 * changes.deviation[i]:.3f}",
                      Cell("moved", "doubtful") if i in moved else "within it"])
     return Table(["baseline, Hz", "last test, Hz", "change, %", "unchanged: ± %", ""], rows,
                  "Unchanged: 95 % of the differences between two tests of one machine.")

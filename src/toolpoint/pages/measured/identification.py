@@ -142,6 +142,7 @@ def _with_band(command: str, lines: FloatArray) -> str:
     """Return the command with the band that was used where it names none, in the fewest digits that hold the same lines."""
     if "--band" in command or lines.size < 2:
         return command
+    # Digits by the spacing of the lines: fewer, and two lines of a narrow chart would get one place.
     digits = max(0, math.ceil(-math.log10(0.4 * float(np.diff(lines).min()))))
     band_start, band_end = math.floor(lines[0] * 10**digits) / 10**digits, math.ceil(lines[-1] * 10**digits) / 10**digits
     return f"{command} --band {band_start:.{digits}f}:{band_end:.{digits}f}"

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from toolpoint._rounding import with_uncertainty
+from toolpoint._rounding import NORMAL_QUANTILE_95, with_uncertainty
 from toolpoint.machine import Machine, assemble
 from toolpoint.plot import Chart, Listing, Report, ShapeView, Table
 from toolpoint.plot.figures.measured.correlation import mac_matrix
@@ -85,7 +85,8 @@ def _answer(original: Machine, updated: MachineUpdate) -> str:
     """Return what moved by more than its interval, most first, by how much and how surely, and what the agreement became."""
     changes, count = [], len(updated.fit.free)
     for name in sorted(updated.fit.free, key=lambda name: -_relative_change(original, updated, name)):
-        old, value, half_width = original.value(name), updated.machine.value(name), 1.96 * updated.fit.standard_error[name]
+        old, value = original.value(name), updated.machine.value(name)
+        half_width = NORMAL_QUANTILE_95 * updated.fit.standard_error[name]
         change = f" ({100 * (value / old - 1):+.2g} %)" if old else ""
         if not abs(value - old) <= half_width:
             changes.append(f"{name} to {with_uncertainty(value, half_width, spring_unit(name))}{change}")

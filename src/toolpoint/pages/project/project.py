@@ -8,6 +8,7 @@ from typing import Any
 from toolpoint.pages.project.program import program_parts
 from toolpoint.plot import Cell, Notes, Report, Table
 from toolpoint.project import ProjectResults, StateDifference
+from toolpoint.project.results import contour_lines
 
 MARKS = {"done": "good", "by hand": "assumed", "failed": "doubtful", "stopped": "doubtful"}
 MAX_SHOWN_SHARES = 4  # sources named beside a limit
@@ -33,7 +34,9 @@ def project_page(result: ProjectResults, warnings: Sequence[str] = ()) -> Report
     if data["contours"]:
         rows = [[name, f"{1e6 * goal['deviation_m']:.3g}", f"{1e6 * goal['goal_m']:.3g}", "yes" if goal["met"] else "no"]
                 for name, goal in data["contours"].items()]
-        report = report.with_section("Contours", Table(["circle", "deviation, um", "goal, um", "met"], rows))
+        lines = [f"{name}: {line}" for name, goal in data["contours"].items() for line in contour_lines(goal)]
+        report = report.with_section("Contours", Table(["circle", "deviation, µm", "goal, µm", "met"], rows),
+                                     *([Notes(lines, "note", "Causes, and what was tried by simulation")] if lines else []))
     if data["changes"]:
         report = report.with_section("What to change", _changes(data["changes"]))
     if data["next"]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -10,7 +11,23 @@ from toolpoint._rounding import number_text
 from toolpoint.plot import Chart, Listing, Notes, Report, Table
 from toolpoint.plot.figures.servos.ballbar import ballbar_plot
 from toolpoint.plot.figures.servos.drives import histories, loop_bode, path_with_error
+from toolpoint.studies.servos.circle_study import CircleStudy
 from toolpoint.studies.servos.drive_experiment import DriveExperiment
+
+
+def circle_page(study: CircleStudy, *, source_text: str = "", warnings: Sequence[str] = ()) -> Report:
+    """Return the page of a circle beside its goal: the answer, what would meet it, then the page of the simulation.
+
+    Examples
+    --------
+    Runs in ``examples/drive_a_circle.py``.
+    """
+    page = drive_page(study.experiment, source_text=source_text, warnings=warnings)
+    answer = f"{study.status[0].upper()}{study.status[1:]}."
+    report = Report(page.title, f"{answer} {page.summary}", subtitle=page.subtitle, date=page.date).with_doubts(*study.doubts)
+    if study.lines():
+        report = report.with_section("What would meet the goal", Notes(study.lines(), "note"))
+    return replace(report.with_doubts(*page.doubts), sections=(*report.sections, *page.sections))
 
 
 def drive_page(result: DriveExperiment, *, source_text: str = "", warnings: Sequence[str] = ()) -> Report:
@@ -26,9 +43,9 @@ def drive_page(result: DriveExperiment, *, source_text: str = "", warnings: Sequ
     report = report.with_section("Result", Table(["quantity", "value"], result.rows()))
     if result.turn is not None:
         report = report.with_section("Ballbar plot", Chart(
-            ballbar_plot(result.turn.points, result.turn.radius, result.turn.peaks),
+            ballbar_plot(result.turn.points, result.turn.radius, result.turn.peaks, axes=result.turn.axes),
             "Radial deviation from the nominal circle over one turn, enlarged to the scale of the rings. Peaks: of the tool, "
-            "outward over the median radius, at the reversals of X and Y.", name="ballbar"))
+            f"outward over the median radius, at the reversals of {' and '.join(result.turn.axes)}.", name="ballbar"))
     else:
         report = report.with_section("Path with enlarged error", Chart(
             path_with_error(dict(result.errors)), "The error is drawn 50 times enlarged.", name="path"))

@@ -18,6 +18,7 @@ COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#7
            "#A6761D", "#1FB5A6")
 # Fills of stable and unstable regions of a chart; line at a natural frequency.
 STABLE, UNSTABLE, MARK = "rgba(0,158,115,0.16)", "rgba(213,94,0,0.16)", "rgba(127,127,127,0.75)"
+# Curves differ in dash as well as in colour: in print and to colour-blind readers colours alone are one.
 DASHES = ("solid", "dash", "dot", "dashdot")
 PRINTED_PAGE_WIDTH = 640  # pixels that a printed page is wide: no figure may need more
 _MIN_LABELLED_WIDTH = 600  # pixels: on a narrower chart the labels of two modes would overlap

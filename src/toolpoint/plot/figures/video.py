@@ -44,6 +44,7 @@ def picture_shape(picture: bytes, shape: tuple[int, int], centres: FloatArray, *
     chart = _picture_chart(picture, shape, title)
     # Turned to the phase at which the sum of squared real parts is largest.
     real_shape = shape_values * np.exp(-0.5j * np.angle((shape_values**2).sum()))
+    # The longest arrow is a twentieth of the picture: shapes are some thousandths of a pixel, and would not be seen.
     arrows = real_shape.real * (0.05 * max(shape) / max(float(np.abs(real_shape.real).max()), 1e-12))
     x, y = (np.stack([centres[:, i], centres[:, i] + arrows[:, i], np.full(len(centres), np.nan)], axis=1).ravel() for i in (0,
                                                                                                                              1))

@@ -45,6 +45,7 @@ class Chart:
 
     def __post_init__(self) -> None:
         for what, value in (("name", self.name), ("click_view", self.click_view)):
+            # Names become identifiers of the document and of its scripts: anything else could break out of the attribute.
             if value and not re.fullmatch(r"[A-Za-z][A-Za-z0-9_-]*", value):
                 fail(f"Chart.{what}", repr(value), "must be letters, digits, _ and -, the first a letter")
 
@@ -108,6 +109,8 @@ class ClickedSeries:
     def fragment(self) -> str:
         """Return the place of the chart and its data blocks."""
         def short(values: Any, digits: int) -> list[float | None]:
+            # Six digits for places and five for values: more than a chart of 2000 pixels shows, at half the size of the
+            # page.
             return [float(f"{v:.{digits}g}") if math.isfinite(v) else None for v in values]
 
         data = {"trace": self.trace, "mode": self.mode, "names": list(self.names), "colours": list(self.colours),

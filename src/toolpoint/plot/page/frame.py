@@ -41,6 +41,7 @@ def chart_block() -> str:
 def data_block(identifier: str, data: Any) -> str:
     """Return data as an inert JSON block; no text in it can close the block or start a script."""
     text = data if isinstance(data, str) else json.dumps(data, separators=(",", ":"), allow_nan=False)
+    # Escaped as JSON does, not as HTML does: inside a script nothing is unescaped, but `</script>` would end it.
     safe = text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
     return f'<script type="application/json" id="{html.escape(identifier)}">{safe}</script>\n'
 
@@ -50,6 +51,7 @@ def deflate_block(identifier: str, text: str) -> str:
     if len(text) < _MIN_DEFLATED_LENGTH:
         return data_block(identifier, text)
     encoded = text.encode("utf-8")
+    # Without header and trailer: browsers inflate a bare stream, and the block is inert text, not a file.
     compressor = zlib.compressobj(9, zlib.DEFLATED, -15)
     packed = base64.b64encode(compressor.compress(encoded) + compressor.flush()).decode("ascii")
     return (f'<script type="application/octet-stream" id="{html.escape(identifier)}" data-size="{len(encoded)}">{packed}'
@@ -64,6 +66,7 @@ def page(title: str, body: str, scripts: Sequence[str], *, charts: bool = False,
     neither an escaped name that slips through nor a chart can run foreign code or reach a host.
     """
     allowed = [*scripts, chart_script()] if charts else scripts
+    # By their digests and not by 'unsafe-inline': what a name of a file slips into the page can then not run.
     digests = [base64.b64encode(hashlib.sha256(script.encode()).digest()).decode() for script in allowed]
     hashes = " ".join(f"'sha256-{digest}'" for digest in digests) or "'none'"
     policy = (f"default-src 'none'; script-src {hashes}; style-src 'unsafe-inline'; img-src data: blob:; "
@@ -75,6 +78,7 @@ def page(title: str, body: str, scripts: Sequence[str], *, charts: bool = False,
         "<meta name=\"viewport\" content=\"width=device-width,initial-scale=1\">\n"
         "<meta name=\"color-scheme\" content=\"light dark\">\n"
         + (f"<meta http-equiv=\"refresh\" content=\"{reload_seconds}\">\n" if reload_seconds else "")
+        # An empty icon of its own: a browser would ask the server, or the folder, for one.
         + "<link rel=\"icon\" href=\"data:,\">\n"
         f"<title>{html.escape(title)}</title>\n<style>{style}</style></head>\n<body>\n{body}\n"
         + (chart_block() if charts else "")

@@ -7,6 +7,7 @@ import re
 
 from toolpoint._rounding import SUPERSCRIPT, plain_numbers
 
+# 1e-06 becomes a power of ten; names such as 1e3x and hexadecimal words stay.
 _POWER_OF_TEN = re.compile(r"(?<=\d)e([+-]\d\d)(?![\w.]\w)")
 # Letters of forces, coefficients, gains and torques; other words with an underscore are names that a user gave.
 _SYMBOL = re.compile(r"(?<![\w.])(K|F|M|R|T|J|n|w|g|f)_(max|min|te|ne|ae|tc|nc|ac|[tnafvhrmscxyz]|\d)(?!\w)")

@@ -44,6 +44,7 @@ class Notes:
 
     def __post_init__(self) -> None:
         one_of("Notes.kind", self.kind, KINDS)
+        # A single string would be taken as a list of its letters.
         lines = (self.lines,) if isinstance(self.lines, str) else self.lines
         object.__setattr__(self, "lines", tuple(str(line) for line in lines))
 

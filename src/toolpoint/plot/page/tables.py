@@ -14,6 +14,7 @@ from toolpoint.plot.page.markup import mark_up
 
 MARKS = ("", "published", "chosen", "measured", "computed", "assumed", "good", "doubtful", "green", "amber", "red")
 _MIN_SMALL_PRINT_COLUMNS = 7  # columns from which a table is set smaller in print
+# Columns of numbers with their bounds and intervals stand to the right; one word in them, and they stand left.
 _NUMERIC = re.compile(r"(above |below )?[-+−]?\d[\d.,]*(e[-+]?\d+)?( ± [\d.,e+-]+)?( %)?")
 
 
@@ -87,6 +88,7 @@ class Table:
 def _column(cells: Sequence[Cell], digits: int) -> list[str]:
     """Return the texts of a column: floats to a common number of decimals, those with an uncertainty each by its own."""
     values = [cell.value for cell in cells]
+    # Each number to its own uncertainty first; a common number of decimals only among those that state none.
     texts = [with_uncertainty(cell.value, cell.uncertainty) if cell.uncertainty is not None and _is_number(cell.value)
              else f"{cell.value:.{digits}g}" if isinstance(cell.value, float) else str(cell.value) for cell in cells]
     is_plain_float = [isinstance(cell.value, float) and cell.uncertainty is None for cell in cells]

@@ -72,4 +72,5 @@ def _solid_hull(points: FloatArray) -> tuple[IntArray, IntArray]:
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     is_inward = np.einsum("ij,ij->i", normal, hull.equations[:, :3]) < 0
     faces[is_inward] = faces[is_inward][:, ::-1]
+    # Only edges between faces that turn by more than ten degrees: those of the triangulation would fill the picture.
     return faces, Scene.of_mesh("hull", points, faces, edge_angle=10.0).lines

@@ -14,6 +14,7 @@ from toolpoint._doubt import UNKNOWN, Doubt
 from toolpoint.project.engine.content import text_digest
 from toolpoint.project.engine.drafts import write_whole
 
+# Raised when the layout changes: records of other versions are not read, and their steps run again.
 RECORD_VERSION = 1
 DONE, FAILED, IN_MOTION = "done", "failed", "moving"
 

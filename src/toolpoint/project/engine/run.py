@@ -22,6 +22,7 @@ from toolpoint.project.engine.record import FAILED, KeyParts, RecordStore, StepR
 from toolpoint.project.engine.step import ProjectStep, StepOutcome, normalise_options
 from toolpoint.project.engine.work import WorkResult, do_work, do_work_apart
 
+# Hidden, and safe to delete: everything in it is computed anew.
 STATE_FOLDER = ".toolpoint"
 BY_HAND_REMEDY = "remove the file, or run with --overwrite, to have it computed"
 

@@ -151,6 +151,7 @@ def _shares(lowest: FloatArray, factors: FloatArray, parts: dict[str, float]) ->
     What the drawn coefficients explain (linear in their logarithms, adjusted for as many terms) is theirs, the rest is the
     system's, parted by its own shares.
     """
+    # Limits scatter by factors: their logarithms are nearly normal, where limits themselves would reach below nought.
     logs = np.log(np.maximum(lowest, 1e-9))
     if not logs.std() > 0:
         return {}

@@ -156,6 +156,7 @@ def read_stock_and_program(files: ProgramFiles, settings: Mapping[str, Any], rad
     """Return the stock of a program, and the program as its reader gives it, begun above the stock."""
     kind, lengths = read_stock(settings["stock"])
     stock = studies.stock_of(kind, lengths, None if files.stock is None else io.read_surface(files.stock))
+    # The tool waits 100 mm above the stock: the first rapid of a program must not pass through it.
     return stock, io.read_program(files.program, start=(0.0, 0.0, float(stock.upper[2]) + 0.1), feed=settings["first_feed"],
                                   cutter_radius=radii)
 

@@ -9,7 +9,7 @@ from typing import Any
 
 from toolpoint.cutting.description import flat_values
 from toolpoint.cutting.option_words import cut_words
-from toolpoint.machine.description.project_plan import ProgramWork, ProjectDescription, ProjectProgram
+from toolpoint.machine.description.project_plan import ContourGoal, ProgramWork, ProjectDescription, ProjectProgram
 
 
 def program_inputs(program: ProjectProgram, servo: str | None) -> dict[str, Any]:
@@ -38,6 +38,16 @@ def program_settings(program: ProjectProgram, project: ProjectDescription) -> di
             "rotary": [value if math.isfinite(value) else None
                        for value in (program.rotary_speed, program.rotary_acceleration)],
             "work": None if program.work is None else {**asdict(program.work), "responses": list(program.work.responses)}}
+
+
+def circle_command(servo: str, goal: ContourGoal, machine: str | None) -> list[str]:
+    """Return the command that shows a circle with its own page, from the project's folder."""
+    words = ["drive", servo, "--circle", f"{1e3 * goal.radius:.9g},{6e4 * goal.feed:.9g}", "--deviation",
+             f"{1e6 * goal.deviation:.9g}um"]
+    words += ["--plane", ",".join(goal.axes)] if goal.axes != ("X", "Y") else []
+    words += [] if machine is None else ["--machine", machine]
+    pose = ",".join(f"{axis}={position!r}" for axis, position in goal.pose.items())
+    return [*words, *(["--pose", pose] if machine is not None and pose else [])]
 
 
 def program_command(program: ProjectProgram, project: ProjectDescription, source: Mapping[str, str]) -> list[str]:

@@ -15,9 +15,11 @@ from toolpoint._doubt import Doubt
 from toolpoint.io.faults import FileFaults
 from toolpoint.machine import Machine
 from toolpoint.machine.description import IdentifiedDescription
+from toolpoint.machine.description.project_plan import ContourGoal
 from toolpoint.project.engine.step import StepOutcome
 from toolpoint.project.steps.plain_files import write_json
 from toolpoint.studies.measured.measured_update import MeasuredUpdate
+from toolpoint.studies.servos.circle_study import STRUCTURE_DOUBT
 
 LISTED_CAUSES = 3  # doubts in the error of a machine that cannot be read back
 POSE_TOLERANCE = 1e-6  # m or rad, between the pose of a test in two files
@@ -102,16 +104,15 @@ def look_at_machine(folder: Path, machine: Path, drift: Path | None = None) -> S
                        f"{', '.join(axis.name for axis in built.chain.axes) or 'none'}", result.doubts)
 
 
-def follow_circle(folder: Path, servo: Path, *, radius: float, feed: float, deviation: float, axes: Sequence[str]
-                  ) -> StepOutcome:
-    """Write how a servo follows a circle (contour.json): the radial deviation beside the goal."""
-    result = studies.run_drives(io.read_drives(servo), circle=(radius, feed))
-    test: Any = result.circle
-    largest = float(max(abs(test.radial_max), abs(test.radial_min)))
-    write_json(folder / "contour.json", {"deviation_m": largest, "goal_m": deviation, "met": largest <= deviation,
-                                         "axes": list(axes), "radius_m": radius, "feed_m_s": feed, "notes": list(result.notes)})
-    doubt = Doubt("contour", "the numbers of the servo file have no stated uncertainty, so this deviation has no interval",
-                  "measure a circle on the machine and compare it (toolpoint servo-data)")
-    relation = "within" if largest <= deviation else "beyond"
-    return StepOutcome(f"radial deviation {1e6 * largest:.3g} µm, {relation} the goal of {1e6 * deviation:.3g} µm",
-                       (*result.doubts, doubt))
+def follow_circle(folder: Path, servo: Path, machine: Path | None = None, *, goal: Mapping[str, Any],
+                  is_structure_known: bool = False) -> StepOutcome:
+    """Write how a servo follows a circle (contour.json): the radial deviation beside the goal, and what would meet it.
+
+    machine : whose structure the drives push against; is_structure_known : whether the project has a machine on which these
+    drives do not end, which is doubted.
+    """
+    circle = ContourGoal(**{**goal, "axes": tuple(goal["axes"])})
+    built = None if machine is None else io.read_machine_at(machine, circle.pose)
+    result = studies.study_circle(io.read_drives(servo), circle, machine=built)
+    write_json(folder / "contour.json", result.to_dict())
+    return StepOutcome(result.status, (*result.doubts, *((STRUCTURE_DOUBT,) if is_structure_known and built is None else ())))

@@ -115,6 +115,7 @@ def mill_bed(bed: PixelBed, side: PathSide, radius: float, *, is_left: bool) -> 
     lengths = np.linspace(0.0, side.length, count + 1)
     centres = side.path.at(lengths)[:, :2]
     tangents = side.tangents(lengths) @ side.place[:3, :3]
+    # A quarter of a pixel inside the tool: at its very edge rounding would decide whether a pixel is hit.
     across = np.linspace(-1, 1, _ACROSS_POINTS) * (radius - 0.25 * bed.pixel)
     # What is read lies just ahead of the rim: the disc under the cutter has been taken out already.
     front = np.sqrt(np.maximum(radius**2 - across**2, 0.0)) + (_STRIDE_PIXELS + 0.5) * bed.pixel

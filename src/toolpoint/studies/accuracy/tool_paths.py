@@ -123,6 +123,7 @@ def along_points(points: ArrayLike, *, place: FloatArray | None = None, feed: fl
     if len(places) < 2:
         fail("points", f"{len(places)}", "must be at least two")
     step = np.linalg.norm(np.diff(places, axis=0), axis=1)
+    # Points closer than a nanometre have no direction between them.
     if step.min() < 1e-9:
         fail("points", f"point {int(step.argmin()) + 2} repeats the one before", "must move")
     # With fewer points the median says little about what is usual.
@@ -237,6 +238,7 @@ def plane_frame(centre: ArrayLike, first: ArrayLike, second: ArrayLike) -> Float
     x = a / np.linalg.norm(a)
     # The second direction is made perpendicular to the first.
     y = b - x * float(x @ b)
+    # What is left across the first direction is rounding: both lie along each other.
     if np.linalg.norm(y) < 1e-9:
         fail("second", str(b.tolist()), "must not be along the first direction")
     y = y / np.linalg.norm(y)

@@ -73,8 +73,10 @@ def unit_doubts(cut: CuttingDescription) -> list[Doubt]:
     """Return remarks on values that hint at another unit; the units of the options are named."""
     lines = []
     diameter = cut.tool.diameter
+    # No mill is thinner than 0.2 mm or thicker than half a metre: beyond, the unit is wrong.
     if not 2e-4 <= diameter <= 0.5:
         lines.append(Doubt("diameter", f"{1e3 * diameter:g} mm is doubtful", "`diameter` is in mm"))
+    # No edge carries a chip of a fifth of its tool: a feed per minute or in mm stands here.
     if cut.feed_per_tooth > 0.2 * diameter:
         lines.append(Doubt("feed", f"{1e3 * cut.feed_per_tooth:g} mm a tooth on a tool of {1e3 * diameter:g} mm is doubtful",
                            "`feed` is in mm per tooth"))

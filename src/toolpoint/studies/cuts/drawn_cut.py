@@ -56,5 +56,6 @@ def question_cut(dynamics: ToolDynamics, values: Mapping[str, Any], *, speed: fl
     chart = stability.chart(problem, np.array([speed]), depth_max=deepest)
     assert chart.limit_draws is not None
     limit = min(float(chart.limit[0]), deepest) * chart.limit_draws[:, 0]
+    # Weibull's plotting positions: of few draws the plain quantiles lie inside the interval that they stand for.
     lower, upper = np.quantile(limit, [0.025, 0.975], method="weibull")
     return DrawnCut(float((limit > depth).mean()), float(lower), float(upper), limit.size, depth)

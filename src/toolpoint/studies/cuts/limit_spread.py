@@ -46,6 +46,7 @@ class LimitSpread:
     @property
     def factor(self) -> float:
         """Half widths of 95 % intervals over standard deviations (Student)."""
+        # Student's, not 1.96: the standard deviation is itself that of these few samples.
         return float(scipy.special.stdtrit(self.samples - 1, 0.975))
 
     def ends(self, limit: FloatArray, error: FloatArray | float = 0.0) -> tuple[FloatArray, FloatArray]:

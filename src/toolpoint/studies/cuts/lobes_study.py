@@ -304,4 +304,5 @@ def _lowest_numbers(lowest: stability.LowestLimit | None) -> dict[str, float] | 
 
 def _millimetres(depth: float, error: float) -> str:
     """Return a depth (m) in mm to the last digit that its error (m) leaves, at most four decimals."""
+    # No digit below a third of a micrometre: no cut is set more exactly, however small the numerical error.
     return number_text(1e3 * depth, max(1e3 * error, 3e-4))

@@ -73,6 +73,7 @@ def question_modes(modes: Modes, labels: list[str], name: str) -> list[Doubt]:
     lines = np.linspace(0.3 * float(frequency.min()), 1.3 * float(frequency.max()), MODAL_LINES)
     response = modal(modes, lines).selected(labels, labels)
     size = np.abs(response.values)
+    # A share of the line itself, as gains err, and of the largest, as a sensor's noise does not fall with the response.
     noise = MODAL_NOISE * (size + 0.1 * size.max(axis=0))
     frf = Frf(lines, response.values, response.outputs, response.inputs, "receptance", variance=noise**2)
     return [doubt.within(name) for doubt in question_tip(frf)]

@@ -17,6 +17,7 @@ from scipy.stats import chi2
 
 from toolpoint._check import FloatArray, IndexArray
 from toolpoint._notebook import NotebookText
+from toolpoint._rounding import NORMAL_QUANTILE_95
 from toolpoint.studies.drift.hypotheses import DriftModel, Hypothesis
 from toolpoint.studies.drift.mode_changes import ModeChanges
 from toolpoint.vibration import Modes
@@ -160,7 +161,7 @@ class DriftFit:
 
     def explanation(self, probability: float) -> Explanation:
         """Return it in words and factors."""
-        intervals = [(float(np.exp(theta)), float(np.exp(theta - 1.96 * deviation)), float(np.exp(theta + 1.96 * deviation)))
+        intervals = [_factor_interval(theta, NORMAL_QUANTILE_95 * deviation)
                      for theta, deviation in zip(self.thetas, self.deviations, strict=True)]
         first, second = intervals[0], intervals[1] if len(intervals) > 1 else None
         part = " and ".join(hypothesis.part for hypothesis in self.hypotheses)
@@ -181,6 +182,7 @@ class DriftFit:
         costs = [cost(theta) for theta in grid]
         k = int(np.argmin(costs))
         bounds = (grid[max(k - 1, 0)], grid[min(k + 1, _START_COUNT - 1)])
+        # theta is the logarithm of a factor: 1e-5 of it is far below any interval that a test gives.
         theta = float(minimize_scalar(cost, bounds=bounds, method="bounded", options={"xatol": 1e-5}).x)
         return cls._at(model, (hypothesis,), np.array([theta]), data, nominal)
 
@@ -255,3 +257,8 @@ def _cost(predicted: tuple[FloatArray, FloatArray], data: DriftData) -> float:
     """Return minus the logarithm of the likelihood, without its constant."""
     variances = _variances(predicted, data)
     return float((_residuals(predicted, data) ** 2).sum() / 2 + sum(np.log(v).sum() for v in variances) / 2)
+
+
+def _factor_interval(logarithm: float, half_width: float) -> tuple[float, float, float]:
+    """Return a factor with the ends of its interval, of its logarithm and the half width of that."""
+    return float(np.exp(logarithm)), float(np.exp(logarithm - half_width)), float(np.exp(logarithm + half_width))

@@ -22,7 +22,6 @@ from toolpoint.vibration.correlation import assign_modes
 
 MIN_TEST_MAC = 0.5  # of a mode in both tests; where fewer Dofs are measured, frequency decides
 MAX_LOG_CHANGE = 0.25  # of a frequency between two tests: a stiffness by a factor 1.6 where it is alone
-NORMAL_95_QUANTILE = 1.959964  # two-sided
 # Scatter of several baselines that is less likely than this says that tests repeat worse than stated.
 _MIN_SCATTER_PROBABILITY = 0.01
 

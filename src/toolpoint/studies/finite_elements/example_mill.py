@@ -17,6 +17,7 @@ Place = Sequence[float]  # (3,) m
 EXAMPLE_MESH_SIZE, FINE_EXAMPLE_MESH_SIZE = 0.17, 0.13
 # Chosen: a carriage group, a bolted flange, a levelling foot; N/m and N m/rad along and about x, y, z of the machine.
 _FOOT = np.array([1.35e8, 1.35e8, 4.0e8, 4e5, 4e5, 4e5])
+# Of the size that such parts have (bolted flange, rail guides with their soft way along the screw), not of one machine.
 _FLANGE = np.array([4e9, 4e9, 6e9, 3e8, 3e8, 3e8])
 _X_GUIDE = np.array([1.5e8, 8e8, 1.2e9, 6e7, 9e7, 9e7])
 _Y_GUIDE = np.array([8e8, 1.5e8, 1.2e9, 6e7, 9e7, 9e7])

@@ -8,6 +8,7 @@ import numpy as np
 
 from toolpoint._check import FloatArray
 from toolpoint._doubt import Doubt
+from toolpoint._rounding import NORMAL_QUANTILE_95
 from toolpoint.studies.listening.evidence import Evidence
 from toolpoint.studies.listening.probability import has_hidden_flip
 
@@ -20,7 +21,6 @@ UPPER_HALF_WEIGHT = 5.0
 # wrongly 7 had one.
 MIN_RIVAL_MOTION = 0.3
 NAMED_RIGHTLY = "about four of five"  # of random cuts, by the sound alone
-INTERVAL_DEVIATIONS = 1.96  # two-sided 95 % of a normal error
 
 
 @dataclass(frozen=True)
@@ -76,7 +76,7 @@ def name_frequency(evidence: Evidence, modes: FloatArray | None) -> ChatterFrequ
             index = int(np.argmax(weight.max(axis=1)))
             mode = float(modes[int(np.argmax(weight[index]))])
     wander = evidence.course.variation * float(frequency[index])
-    half = INTERVAL_DEVIATIONS * float(np.hypot(deviation[index], 0.1 * evidence.spectrum.cell)) + wander
+    half = NORMAL_QUANTILE_95 * float(np.hypot(deviation[index], 0.1 * evidence.spectrum.cell)) + wander
     order = np.argsort(-power)
     others = tuple(float(f) for f in frequency[order] if f != frequency[index])
     is_rival = (motion >= MIN_RIVAL_MOTION * motion[index]) & (np.arange(motion.size) != index) & np.isnan(mode)

@@ -197,6 +197,7 @@ def _background(samples: FloatArray, rate: float, part: CuttingPart, lines: Spec
     if not part.is_told or not lines.frequency.size:
         return is_background
     head, tail = samples[:part.first], samples[part.last + int(REVERBERATION_SECONDS * rate):]
+    # The last tenth of a second before the cut is left out: the tool may touch before its entry is noticed.
     for idle in (head[:int(head.size - 0.1 * rate)] if head.size > 0.1 * rate else head[:0], tail):
         if idle.size >= MIN_IDLE_SECONDS * rate:
             spectrum = line_spectrum(idle, rate, highest=HIGHEST_FREQUENCY)

@@ -9,7 +9,7 @@ import numpy as np
 
 from toolpoint._doubt import Doubt
 from toolpoint._notebook import NotebookText
-from toolpoint._rounding import probability_text, with_uncertainty
+from toolpoint._rounding import NORMAL_QUANTILE_95, probability_text, with_uncertainty
 from toolpoint.signals.orders.growth import Onset, PowerCourse
 from toolpoint.studies.listening.better_speeds import SpeedToTry
 from toolpoint.studies.listening.chatter_frequency import ChatterFrequency
@@ -147,7 +147,7 @@ class ListenedCut(NotebookText):
         speed = self.evidence.speed
         if not self.evidence.tells_speed:
             return None
-        return 1.96 * float(np.hypot(60 * speed.deviation, RECORDER_CLOCK_DEVIATION * speed.speed))
+        return NORMAL_QUANTILE_95 * float(np.hypot(60 * speed.deviation, RECORDER_CLOCK_DEVIATION * speed.speed))
 
     def line_rows(self) -> list[list[str]]:
         """Return rows (Hz, spindle order, dB against the strongest, what it is) of the strongest lines."""

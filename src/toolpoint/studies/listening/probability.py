@@ -58,6 +58,8 @@ def features_of(evidence: Evidence) -> FloatArray:
         ratio = lines.half_tooth / max(lines.order_power - lines.half_tooth, 1e-300)
         half = lines.orders[evidence.teeth // 2 - 1::evidence.teeth]
         members = float(np.sum(half > 0)) - 1
+    # Clipped to the range of the cuts that the weights were fitted to: beyond it the line would be extrapolated to
+    # certainty.
     return np.array([1.0, np.clip(np.log10(max(ratio, 1e-12)), MIN_LOG_RATIO, MAX_LOG_RATIO), np.log(1 + members)])
 
 

@@ -17,13 +17,13 @@ import numpy as np
 from toolpoint._check import FloatArray, fail, positive
 from toolpoint._doubt import Doubt, mark_notes
 from toolpoint._notebook import NotebookText
+from toolpoint._rounding import NORMAL_QUANTILE_95
 from toolpoint.signals.record_set import RecordSet
 from toolpoint.studies.measured.hammer_study import study_hammer_records
 
 FLAT_TOLERANCE = 0.05  # of the level, within which a line is as that of a mass
 MAX_SPREAD_OF_MASS = 0.03  # standard deviation of the lines over their level, beyond which the block is no rigid free mass
 MIN_FLAT_LINES = 10
-NORMAL_QUANTILE = 1.959964  # standard deviations of a 95 % interval
 
 
 @dataclass(frozen=True)
@@ -104,7 +104,7 @@ def calibrate_on_mass(records: RecordSet, mass: float, *, duration: float | None
     radius = study.tests[0].radius()
     # Blows agree better with each other than the block with a mass: both are in the interval.
     of_blows = 0.0 if radius is None else float(np.median(np.asarray(radius)[inside][flat, 0, 0])) * mass / abs(factor)
-    half_width = abs(factor) * float(np.hypot(NORMAL_QUANTILE * spread / np.sqrt(MIN_FLAT_LINES), of_blows))
+    half_width = abs(factor) * float(np.hypot(NORMAL_QUANTILE_95 * spread / np.sqrt(MIN_FLAT_LINES), of_blows))
     band = float(frequency[flat[0]]), float(frequency[flat[-1]])
     return MassCalibration(factor, half_width, band, spread, study.used, len(study.verdicts),
                            _restate(sensitivity, factor), tuple(_doubts(band, spread, factor, study.band.high)))
@@ -135,6 +135,8 @@ def _doubts(band: tuple[float, float], spread: float, factor: float, highest: fl
     if band[1] < 0.5 * highest:
         doubts.append(Doubt("high lines", f"the response leaves that of a mass above {band[1]:.4g} Hz: the block bends, or "
                             "rocks", "take a more compact block"))
+    # A sensitivity that is off by more is one in another unit (g for m/s^2, 9.8) or of another channel, not one that
+    # drifted.
     if not 0.2 < abs(factor) < 5:
         doubts.append(Doubt("factor", f"{factor:.3g} is no error of a calibration", "check the unit of the sensitivities "
                             "(mV/g and mV/(m/s^2), mV/N and V/N) and the mass"))

@@ -34,6 +34,7 @@ class ArmReach:
         self.names = [axis.name for axis in self.axes]
         self._reference_positions = np.array([axis.reference_position for axis in self.axes])
         self._turns = np.array([2 * np.pi * np.arange(-2, 3) * axis.is_rotary for axis in self.axes])
+        # A solution at the limit itself differs from it by rounding.
         self._limits = np.array([[[axis.lower - 1e-9], [axis.upper + 1e-9]] for axis in self.axes]).swapaxes(0, 1)
         # All targets have one orientation: they differ by the place alone.
         self._target_at_origin = tool_target(pair, np.zeros(3), direction, turn=turn)

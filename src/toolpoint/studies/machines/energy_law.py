@@ -53,6 +53,7 @@ def question_energy_law(machine: Machine, pose: Pose | None = None, outputs: Seq
 def _pole_ratio(with_losses: SecondOrderSystem) -> float:
     """Return by how much a pole of s^2 M + K (1 + i eta) is larger than the natural frequency: (1 + eta^2)^(1/4) - 1."""
     loss_factors = 2 * solve_as_damped(with_losses).damping_ratio
+    # The root of 1 + i eta has this modulus: by so much the pole lies farther out than the frequency without damping.
     return float(((1 + loss_factors**2) ** 0.25 - 1).max())
 
 

@@ -125,6 +125,7 @@ def _test_note(shapes: BodyShapes) -> tuple[str, ...]:
     A pole under structural loss is :math:`\omega \sqrt{1 + i \eta}`, of size :math:`\omega (1 + \eta^2)^{1/4}`: modes fitted
     to measured responses state that size.
     """
+    # The modulus of the root of 1 + i eta: a test names the pole, the model the frequency without damping.
     shift = (1 + (2 * shapes.structural_ratio) ** 2) ** 0.25 - 1
     if shift.size == 0 or shift.max() < MIN_REPORTED_SHIFT:
         return ()

@@ -16,9 +16,9 @@ import numpy as np
 
 from toolpoint._check import FloatArray, ToolpointError, fail
 from toolpoint._notebook import NotebookText
+from toolpoint._rounding import NORMAL_QUANTILE_95
 from toolpoint.machine.parts.model import Machine
 
-STANDARD_NORMAL_95 = 1.959964  # half width of a 95 % interval, in standard deviations
 MACHINE_DRAW_COUNT = 40  # machines drawn where responses keep draws
 MAX_DRAWN_STIFFNESS_RATIO = 1e3  # of a drawn stiffness over the largest of its joint: rounding would hide all other springs
 _SLOPE_STEP_DEVIATIONS = 0.1  # step of the central differences, in standard deviations of the number
@@ -122,7 +122,7 @@ class MachineUncertainty(NotebookText):
         share = deviation / np.maximum(np.abs([self.machine.value(path) for path in self.paths]), 1e-300)
         share[[".stiffness" not in path for path in self.paths]] = 0.0
         k = int(share.argmax())
-        return f"{self.paths[k]} is known within {100 * STANDARD_NORMAL_95 * share[k]:.3g} % only"
+        return f"{self.paths[k]} is known within {100 * NORMAL_QUANTILE_95 * share[k]:.3g} % only"
 
     @property
     def _scale(self) -> FloatArray:
@@ -143,7 +143,7 @@ class AnswerSpread:
     @property
     def interval(self) -> FloatArray:
         """Half width of the 95 % interval."""
-        return np.asarray(STANDARD_NORMAL_95 * self.deviation)
+        return np.asarray(NORMAL_QUANTILE_95 * self.deviation)
 
     def main_part(self, *index: int) -> str:
         """Return the joint or body that brings most of the variance of one number of the answer."""

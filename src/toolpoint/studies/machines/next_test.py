@@ -16,6 +16,7 @@ import numpy as np
 
 from toolpoint._check import FloatArray, fail, positive
 from toolpoint._notebook import NotebookText
+from toolpoint._rounding import NORMAL_QUANTILE_95
 from toolpoint.machine.assembly.shapes import body_shapes
 from toolpoint.machine.assembly.system import assemble
 from toolpoint.machine.parts.model import Machine
@@ -163,7 +164,7 @@ def _rank(uncertainty: MachineUncertainty, slopes: FloatArray, candidates: Seque
         after.append(float(np.sqrt(max(g @ unit @ g - narrowing @ np.linalg.solve(cross @ h.T + np.eye(len(h)), narrowing),
                                        0.0))))
     order = np.argsort(after)
-    return NextTest(tuple(names[i] for i in order), 1.959964 * np.array(after)[order], 1.959964 * today,
+    return NextTest(tuple(names[i] for i in order), NORMAL_QUANTILE_95 * np.array(after)[order], NORMAL_QUANTILE_95 * today,
                     f"greatest compliance of the tool at {pose_words(machine, pose)}")
 
 

@@ -61,6 +61,7 @@ class Grid:
                 continue
             lowest, highest = (np.unravel_index(int(pick(column)), column.shape) for pick in (np.nanargmin, np.nanargmax))
             span = float(column[highest] - column[lowest])
+            # Poses that are alike but for rounding have no best and no worst among them.
             if span <= 1e-9 * abs(float(column[highest])):
                 lines.append(f"{name}: {number_text(float(column[lowest]))}{spaced_unit} at every pose")
                 continue

@@ -117,6 +117,7 @@ def stiffness_rows(study: ToolPoint, kind: str) -> FloatArray:
 def resonance_lines(frequency: FloatArray, damping_ratio: FloatArray) -> FloatArray:
     """Return lines from zero upwards that are dense around every resonance, so that no peak is missed, Hz."""
     moving = frequency[frequency > 0]
+    # An undamped mode would have all its lines at one place, and no width to take the peak from.
     width = np.maximum(damping_ratio[frequency > 0], 1e-4)[:, None] * moving[:, None]
     # A hyperbolic sine is dense at the resonance and reaches far down its sides.
     around = moving[:, None] + width * np.sinh(np.linspace(-3, 3, 61)) / 4

@@ -203,10 +203,12 @@ def hammer_records(
 def _hammer_force(hammer: Hammer, faults: Imperfections, rate: float, rng: np.random.Generator) -> FloatArray:
     total = np.zeros(round((hammer.hits * hammer.block + 0.5) * rate))
     for hit in range(hammer.hits):
+        # Not on the beat: blows at the same sample of every block would hide what a trigger and a window do.
         start = 0.3 + hit * hammer.block + rng.uniform(-0.02, 0.02)
         size = hammer.force * (1 + 0.2 * rng.uniform(-1, 1)) * (0.1 if hit in faults.weak_hits else 1.0)
         _add_pulse(total, start, size, hammer.contact, rate)
         if hit in faults.double_hits:
+            # A rebound comes after some contact times with less than half of the force: near enough to pass for one blow.
             _add_pulse(total, start + 6 * hammer.contact, 0.4 * size, hammer.contact, rate)
     return total
 
@@ -227,6 +229,7 @@ def _accelerations(modes: Modes, struck: tuple[Dof, ...], responses: tuple[Dof, 
 
 def _filter_force(force: FloatArray) -> tuple[FloatArray, int, int]:
     """Return the force behind the anti-aliasing filter at the fine rate, the filter's delay and the number of kept samples."""
+    # Cut off at 0.8 of half the rate, as acquisition systems do: the filter's slope needs the rest.
     taps = firwin(40 * _FORCE_OVERSAMPLING + 1, 0.8 / _FORCE_OVERSAMPLING)
     # The filter's delay is a whole number of output samples, so that thinning and shifting can be done at once.
     return fftconvolve(force, taps), len(taps) // 2 // _FORCE_OVERSAMPLING, -(-len(force) // _FORCE_OVERSAMPLING)

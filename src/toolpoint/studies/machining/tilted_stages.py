@@ -31,7 +31,7 @@ TILTED_SPACING_FACTOR = 2.0  # of the spacing that three axes have where none is
 
 
 class StagedProgram(ParsedProgram, Protocol):
-    """Program that can be parted by its planes, see `io.program.segments.Program`."""
+    """Program that can be parted by its planes, see `io.program.path.segments.Program`."""
 
     def stages(self) -> tuple[tuple[FloatArray, ParsedProgram], ...]:
         """Return the rotation of every plane and its program, in the plane's axes."""

@@ -100,6 +100,7 @@ def _axis_frame(axes: Sequence[DrivenAxis], place: FloatArray) -> FloatArray:
     i = int(np.argmax(np.abs(axes[0].direction)))
     first = np.asarray(axes[0].direction) * np.sign(axes[0].direction[i])
     others = [np.asarray(axis.direction) for axis in axes[1:]] + [np.eye(3)[(i + 1) % 3]]
+    # Any direction that is clearly not along the first: the third follows from both.
     second = next(o for o in others if np.linalg.norm(np.cross(first, o)) > 0.1)
     j = next(k for k in ((i + 1) % 3, (i + 2) % 3) if k != i and abs(second[k]) == np.abs(np.delete(second, i)).max())
     second = second - first * (first @ second)

@@ -20,6 +20,7 @@ from toolpoint.machine.components import Components
 from toolpoint.machine.pose.placement import place_machine
 from toolpoint.studies.measured.bisector_steps import BisectorSteps, retrace_steps
 from toolpoint.studies.measured.component_places import place_test
+from toolpoint.studies.measured.doubled_modes import leave_doubled_out
 from toolpoint.studies.measured.joint_machine import component_masses, describe_fit, layouts_of, machine_of
 from toolpoint.studies.measured.law_spread import cover_rivals
 from toolpoint.studies.measured.machine_check import HEADER, MachineCheck, check_machine
@@ -141,7 +142,7 @@ def study_joints(modes: Modes, geometry: Geometry, components: Components, *, co
     """
     placement = place_test(geometry.points, components)
     geometry = replace(geometry, points=placement.places(geometry.points))
-    modes = placement.turned(modes)
+    modes, doubled = leave_doubled_out(placement.turned(modes))
     bodies = components.bodies
     deviation = components.coordinate_deviation if coordinate_deviation is None else coordinate_deviation
     joints = identify_joints(modes, geometry.points, components.points, chain=components.chain,
@@ -150,7 +151,7 @@ def study_joints(modes: Modes, geometry: Geometry, components: Components, *, co
     # The machine has a wrong point where the other points put it: it may be the one that was struck.
     if joints.wrong_points is not None:
         geometry = replace(geometry, points={**geometry.points, **joints.wrong_points.places})
-    study = JointStudy(joints, modes, geometry, components, None, channel_doubts=(*placement.doubts, *channel_doubts))
+    study = JointStudy(joints, modes, geometry, components, None, channel_doubts=(*placement.doubts, *channel_doubts, *doubled))
     if not bodies:
         return replace(study, no_machine_reason="no mass properties; a machine needs the body of every component")
     try:

@@ -10,12 +10,13 @@ import numpy as np
 
 from toolpoint._check import FloatArray, ToolpointError
 from toolpoint._doubt import Doubt
+from toolpoint._rounding import NORMAL_QUANTILE_95
 from toolpoint.machine import Machine, MachineDescription, assemble, build
-from toolpoint.studies.machines.machine_uncertainty import STANDARD_NORMAL_95
 from toolpoint.studies.measured.machine_check import solve_poles
 from toolpoint.vibration import frequency_response
 
 _MAX_LAW_DIFFERENCE = 0.05  # of limits by laws that the test does not separate: a larger one is a doubt
+# On both sides of a resonance and at its top, within two half widths: there a law of damping shows.
 _LINES_PER_HALF_WIDTH = (-2.0, -1.0, -0.5, 0.0, 0.5, 1.0, 2.0)
 _DAMPING = ("loss_factor", "damping", "damping_matrix")
 _MAX_TRAVEL_AXES = 3  # axes whose ends are combined
@@ -60,7 +61,7 @@ def cover_rivals(machine: MachineDescription, rivals: Sequence[tuple[str, Machin
         return machine, spread
     direction = np.array([machine.value(path) if set(path.split(".")) & {*_DAMPING, "modal_damping"} else 0.0
                           for path in identified.parameters])
-    covariance = identified.matrix + (spread.difference / STANDARD_NORMAL_95) ** 2 * np.outer(direction, direction)
+    covariance = identified.matrix + (spread.difference / NORMAL_QUANTILE_95) ** 2 * np.outer(direction, direction)
     rows = tuple(tuple(float(f"{v:.9g}") for v in row[:n + 1]) for n, row in enumerate(covariance))
     return replace(machine, identified=replace(identified, covariance=rows)), spread
 

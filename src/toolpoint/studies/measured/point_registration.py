@@ -36,6 +36,7 @@ def register_anywhere(test: Mapping[str | int, ArrayLike], model: Mapping[str | 
     words = _unit_doubt(a, b)
     if len(a) < 3 or len(b) < 3:
         return None, words
+    # However wide the caller's limit: a point a fifth of the whole away is another point.
     limit = min(furthest, 0.2 * _size(a))
     fits = _placings(a, b, limit)
     if not fits:
@@ -102,6 +103,7 @@ def _placings(a: FloatArray, b: FloatArray, furthest: float) -> list[tuple[float
             rough.append((_residual(tree, a, matrix, furthest), matrix))
         for _, matrix in sorted(rough, key=lambda fit: fit[0])[:12]:
             refined = _refine(tree, a, b, matrix, furthest)
+            # Starts that end within two hundredths of each other found the same placing.
             if not any(np.abs(tf.move(refined[1], a) - tf.move(m, a)).max() < 0.02 * _size(a) for _, m in fits):
                 fits.append(refined)
     return sorted(fits, key=lambda fit: fit[0])
@@ -130,6 +132,7 @@ def _triangles(a: FloatArray) -> Iterator[list[int]]:
         along = a[second] - a[first]
         height = np.linalg.norm(np.cross(a - a[first], along), axis=1)
         third = int(np.argmax(height))
+        # A flat triangle leaves the turn about its long side to the noise of its points.
         if height[third] > 0.01 * float(along @ along):
             yield [int(first), second, third]
 

@@ -18,12 +18,11 @@ import scipy
 from toolpoint._check import FloatArray, fail
 from toolpoint._doubt import Doubt, mark_notes
 from toolpoint._notebook import NotebookText
-from toolpoint._rounding import with_uncertainty
+from toolpoint._rounding import NORMAL_QUANTILE_95, with_uncertainty
 from toolpoint.machine import Machine
 from toolpoint.modal_identification import Identification
 from toolpoint.signals.driven_axis import DrivenAxisTest
 from toolpoint.studies.drift.hypotheses import model_drift
-from toolpoint.studies.drift.mode_changes import NORMAL_95_QUANTILE
 from toolpoint.studies.measured.identification import identify_modes
 from toolpoint.studies.text_table import text_table
 from toolpoint.vibration import Modes
@@ -80,7 +79,7 @@ class DrivenAxisStudy(NotebookText):
             deviation = float(np.sqrt(_variance(first, i, kind) + _variance(second, j, kind)))
             ratio = abs(float(difference)) / deviation if deviation > 0 else float("nan")
             probability = 2 * float(scipy.special.ndtr(-ratio))
-            result.append((k, float(difference), NORMAL_95_QUANTILE * deviation, probability))
+            result.append((k, float(difference), NORMAL_QUANTILE_95 * deviation, probability))
         return result
 
     @property
@@ -239,7 +238,7 @@ def _joint_damping(states: tuple[AxisState, ...], pairs: list[tuple[int, int]], 
     estimate = float((weight * share * change).sum()) / information
     misfit = float((weight * (change - share * estimate) ** 2).sum())
     probability = float(scipy.special.chdtrc(len(pairs) - 1, misfit)) if len(pairs) > 1 else 1.0
-    return JointDamping(f"joint {joint}", tuple(at_most), estimate, NORMAL_95_QUANTILE / float(np.sqrt(information)),
+    return JointDamping(f"joint {joint}", tuple(at_most), estimate, NORMAL_QUANTILE_95 / float(np.sqrt(information)),
                         probability)
 
 
@@ -249,5 +248,5 @@ def _variance(modes: Modes, place: int, kind: int) -> float:
 
 def _with_interval(modes: Modes, place: int, kind: int) -> str:
     value = (float(modes.frequency[place]), 100 * float(modes.damping_ratio[place]))[kind]
-    half_width = NORMAL_95_QUANTILE * float(np.sqrt(_variance(modes, place, kind))) * (1, 100)[kind]
+    half_width = NORMAL_QUANTILE_95 * float(np.sqrt(_variance(modes, place, kind))) * (1, 100)[kind]
     return with_uncertainty(value, half_width, "") if half_width > 0 else f"{value:.4g}"

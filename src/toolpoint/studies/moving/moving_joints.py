@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from toolpoint._check import FloatArray
+from toolpoint._rounding import NORMAL_QUANTILE_95
 from toolpoint.machine import Machine
 from toolpoint.studies.drift.hypotheses import DriftModel, model_drift
 from toolpoint.studies.moving.mode_tracks import ModeTrack
@@ -104,15 +105,15 @@ def weigh_joints(tracks: Sequence[ModeTrack], predicted: PredictedTracks, values
         squares = float((left**2 / spread**2).sum())
         evidence.append(-0.5 * squares - float(np.log(spread).sum()) - 0.5 * (change / CHANGE_DEVIATION) ** 2
                         - 0.5 * float(np.log(information * CHANGE_DEVIATION**2)))
-        changes.append((change, 1 / np.sqrt(information), squares / max(rows.size - 1, 1)))
+        changes.append((change, NORMAL_QUANTILE_95 / np.sqrt(information), squares / max(rows.size - 1, 1)))
     weights = np.array([UNCHANGED_WEIGHT, *([(1 - UNCHANGED_WEIGHT) / max(len(columns), 1)] * len(columns))])
     logs = np.array(evidence) + np.log(weights)
     shares = np.exp(logs - logs.max())
     shares = shares / shares.sum()
     # The factor from end to end: the value runs over two half ranges.
     result = [JointChange(joint, float(share), float(np.exp(2 * c)),
-                          (float(np.exp(2 * (c - 1.96 * s))), float(np.exp(2 * (c + 1.96 * s)))), misfit)
-              for joint, share, (c, s, misfit) in zip(predicted.joints, shares[1:], changes, strict=True)]
+                          (float(np.exp(2 * (c - half_width))), float(np.exp(2 * (c + half_width)))), misfit)
+              for joint, share, (c, half_width, misfit) in zip(predicted.joints, shares[1:], changes, strict=True)]
     return sorted(result, key=lambda each: -each.probability), float(shares[0])
 
 

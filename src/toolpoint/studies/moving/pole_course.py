@@ -13,7 +13,7 @@ import numpy as np
 import scipy
 
 from toolpoint._check import FloatArray
-from toolpoint.studies.drift.mode_changes import NORMAL_95_QUANTILE
+from toolpoint._rounding import NORMAL_QUANTILE_95
 
 COURSE_DEGREE = 2  # of a frequency over the value
 
@@ -42,13 +42,13 @@ class PoleCourse:
         """Return the course (n,) and its 95 % half width."""
         basis = np.vander((np.asarray(values, float) - self.centre) / self.half_range, self.degree + 1, increasing=True)
         variance = np.einsum("ni,ij,nj->n", basis, self.covariance, basis)
-        return basis @ self.coefficients, NORMAL_95_QUANTILE * np.sqrt(np.maximum(variance, 0.0))
+        return basis @ self.coefficients, NORMAL_QUANTILE_95 * np.sqrt(np.maximum(variance, 0.0))
 
     def change(self, first: float, last: float) -> tuple[float, float]:
         """Return the difference of the course at two values and its 95 % half width."""
         basis = np.vander((np.array([first, last]) - self.centre) / self.half_range, self.degree + 1, increasing=True)
         step = basis[1] - basis[0]
-        return float(step @ self.coefficients), NORMAL_95_QUANTILE * float(np.sqrt(max(step @ self.covariance @ step, 0.0)))
+        return float(step @ self.coefficients), NORMAL_QUANTILE_95 * float(np.sqrt(max(step @ self.covariance @ step, 0.0)))
 
 
 def fit_course(values: FloatArray, observed: FloatArray, deviations: FloatArray, *, degree: int = COURSE_DEGREE) -> PoleCourse:

@@ -49,6 +49,7 @@ def base_load(machine: Machine, name: str, pose: Pose, *, sheet: RobotDatasheet,
     """Return the base's reaction for a motion at a pose, moments about the mounting face on the first axis."""
     wrench = base_reaction(machine, pose, velocity, acceleration=acceleration, gravity=(0.0, 0.0, -sheet.gravity),
                            about=(0.0, 0.0, sheet.floor))[0]
+    # Rounding of large moments that cancel would be printed as forces of 1e-12 N with a sign.
     wrench = np.where(np.abs(wrench) < 1e-9, 0.0, wrench)
     return BaseLoad(name, float(abs(wrench[2])), float(np.hypot(*wrench[3:5])), float(np.hypot(*wrench[:2])),
                     float(abs(wrench[5])))
@@ -92,4 +93,5 @@ def stop_time_for(machine: Machine, sheet: RobotDatasheet, pose: Pose, *, axis: 
 def holding_torque(machine: Machine, sheet: RobotDatasheet, pose: Pose) -> FloatArray:
     """Return the torque of every axis against gravity at a pose, N m, (n_axes,)."""
     torque = gravity_force(machine, pose, (0.0, 0.0, -sheet.gravity))[0]
+    # As above: an axis along gravity holds nothing, of either sign.
     return np.where(np.abs(torque) < 1e-9, 0.0, torque)

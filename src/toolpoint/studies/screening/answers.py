@@ -23,6 +23,7 @@ from toolpoint.vibration.eigen import mass_normalised
 
 _FORCE_HARMONICS = 16  # of the tooth passing, in the force of a periodic cut
 _MIN_CANDIDATE_RATIO = 0.4  # of the worst value: smaller peaks are no candidates
+# Dense at the resonance and ever wider away from it, so that forty lines hold a peak and its flanks.
 _WIDTHS = np.sinh(np.linspace(-4, 4, 41)) / 6
 
 

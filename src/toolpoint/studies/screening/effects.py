@@ -11,11 +11,13 @@ from scipy.stats import rankdata, sobol_indices
 from toolpoint._check import FloatArray, fail
 from toolpoint._doubt import Doubt, mark_notes
 from toolpoint._notebook import NotebookText
+from toolpoint._rounding import NORMAL_QUANTILE_95
 from toolpoint.studies.screening.metrics import is_lower_better, share_text
 from toolpoint.studies.screening.screen import Screening
 from toolpoint.studies.text_table import text_table
 
 _INTERVAL_PERCENTILES = (2.5, 97.5)  # ends of 95 % intervals
+# Enough for the ends of a 95 % interval to two digits; each is a resampling of what is computed already.
 _BOOTSTRAP_SAMPLES = 400
 
 
@@ -146,7 +148,7 @@ def _contrasts(result: Screening, name: str) -> tuple[list[Effect], str, Doubt |
     # Residual variance over its degrees of freedom, carried through the least squares.
     variance = float(residual @ residual) / (len(points) - matrix.shape[1]) * np.linalg.inv(matrix.T @ matrix).diagonal()[1:]
     mean = float(solution[0])
-    half = 1.96 * np.sqrt(variance) / abs(mean)
+    half = NORMAL_QUANTILE_95 * np.sqrt(variance) / abs(mean)
     share = float(residual @ residual) / max(float(((values - values.mean()) ** 2).sum()), 1e-300)
     effects = [Effect(c, float(e / mean), float(e / mean - h), float(e / mean + h))
                for c, e, h in zip(result.design.names, solution[1:], half, strict=True)]

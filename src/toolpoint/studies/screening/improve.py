@@ -317,6 +317,8 @@ class _CostSearch:
         return shares_at(upper)
 
     def _from(self, start: FloatArray) -> FloatArray:
+        # A trust region: answers bend over the range of a change, so a linear step is believed over a quarter of it at
+        # first.
         shares, trust = start.copy(), 0.25
         values, slopes = self.answers(shares)
         merit = self._merit(shares, values)

@@ -181,6 +181,8 @@ def _resolution(signal: AxisSignal | None) -> float:
     steps = np.diff(np.unique(signal.values))
     # Steps of round-off are no steps of the recording; a quantile keeps one odd value from deciding.
     steps = steps[steps > 1e-9 * max(float(np.abs(signal.values).max()), 1e-300)]
+    # Changes of a rounded signal are multiples of its resolution: the small ones are single steps, the smallest may be
+    # rounding.
     return float(np.quantile(steps, 0.1)) if _MIN_ROUNDED_STEPS <= steps.size < signal.values.size / 2 else 0.0
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 import warnings
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -27,7 +27,7 @@ from toolpoint.drives.program.planner import plan_motion, smooth_command
 from toolpoint.drives.simulation.moving_nut import simulate_moving_nut
 from toolpoint.drives.simulation.simulate import ServoResult, simulate
 from toolpoint.machine import Machine
-from toolpoint.studies.servos.drive_contour import is_cutting, match_axes, measure_contour
+from toolpoint.studies.servos.drive_contour import SPACE, is_cutting, match_axes, measure_contour
 from toolpoint.studies.servos.drive_structure import question_structure, structure_of
 
 PLACES = ("scale", "table", "tool")
@@ -44,7 +44,7 @@ _MAX_RADIUS_DEVIATION = 0.02
 
 @dataclass(frozen=True, eq=False)
 class CircleTurn:
-    """One whole turn of a circular test.
+    """One whole turn of a circular test; axes : of the circle, the first one at 0 deg.
 
     points : (n, 2) at scale, table and tool, m; radius : nominal, m; peaks : at 0, 90, 180 and 270 deg at the tool, outward
     over the median radius, m.
@@ -53,6 +53,7 @@ class CircleTurn:
     points: Mapping[str, FloatArray]
     radius: float
     peaks: FloatArray
+    axes: tuple[str, ...] = ("X", "Y")
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,8 +141,8 @@ class DriveExperiment(NotebookText):
 
 def run_drives(
     drives: DriveDescription, *, path: Path | None = None, circle: tuple[float, float] | None = None,
-    machine: Machine | None = None, pose: Mapping[str, float] | None = None, ideal: Sequence[str] = (),
-    remarks: Sequence[str] = (), progress: Callable[[str], None] | None = None,
+    plane: Sequence[str] = ("X", "Y"), machine: Machine | None = None, pose: Mapping[str, float] | None = None,
+    ideal: Sequence[str] = (), remarks: Sequence[str] = (), progress: Callable[[str], None] | None = None,
 ) -> DriveExperiment:
     """Return the simulation of a servo along a path, or on a circle.
 
@@ -152,6 +153,8 @@ def run_drives(
         Lines and arcs, m and m/s.
     circle : (float, float), optional
         Radius (m) and feed (m/s) of a circle about the origin, two turns of it, in the place of a path.
+    plane : two names of axes
+        Of the circle, which begins on the first one and turns towards the second.
     machine : Machine, optional
         Whose structure the drives push against, at a `pose` (axis name to m or rad).
     ideal : sequence of str
@@ -181,7 +184,8 @@ def run_drives(
         fail("path, circle", "both" if path else "neither", "must be one of the two")
     say = progress or (lambda name: None)
     servo = build_servo(drives, structure_of(drives, machine, pose))
-    route = path if path is not None else full_turns(*(circle or (0.0, 0.0)))
+    turned = _circle_columns(plane)
+    route = path if path is not None else full_turns(*(circle or (0.0, 0.0)), columns=turned)
     driven = match_axes(route, tuple(drives.axes), ideal=ideal)
     say("set points")
     command, place = set_points_of(route, drives, servo)
@@ -194,9 +198,11 @@ def run_drives(
     origin = command.position[0, chosen]
     errors = {name: measure_contour(route, result.time, places, actual=result.output(name) + origin, columns=chosen)
               for name in PLACES}
-    test = None if circle is None else _second_turn(result, origin, places, *circle)
+    pair = [chosen.index(column) for column in turned] if circle is not None else []
+    test = None if circle is None else _second_turn(result, origin, places, circle=circle, pair=pair)
     cutting = {name: is_cutting(route, error) for name, error in errors.items()}
-    turn = None if circle is None else _whole_turn(result, origin, places, circle[0])
+    turn = None if circle is None else replace(
+        _whole_turn(result, origin, places, radius=circle[0], pair=pair), axes=tuple(name.upper() for name in plane))
     return DriveExperiment(drives, servo, result, errors, compute_loops(servo), test, cutting,
                            (*question_structure(drives, machine, pose), *driven.notes, *remarks), turn)
 
@@ -251,9 +257,20 @@ def simulate_set_points(drives: DriveDescription, servo: Servo, command: Command
                                substeps=substeps, record_interval=interval)
 
 
-def _second_turn(result: ServoResult, origin: FloatArray, progress: FloatArray, radius: float, feed: float) -> CircularTest:
-    """Return the circular test of the second turn at the tool point, without run-up and stop."""
+def _circle_columns(plane: Sequence[str]) -> tuple[int, int]:
+    """Return the columns of a path that a circle's two axes are; raises ToolpointError for others than two of X, Y, Z."""
+    names = [name.upper() for name in plane]
+    if len(names) != 2 or len(set(names)) != 2 or not set(names) <= set(SPACE):
+        fail("plane", ", ".join(plane), "must be two of X, Y, Z")
+    return SPACE.index(names[0]), SPACE.index(names[1])
+
+
+def _second_turn(result: ServoResult, origin: FloatArray, progress: FloatArray, *, circle: tuple[float, float],
+                 pair: Sequence[int]) -> CircularTest:
+    """Return the circular test of the second turn at the tool point, without run-up and stop; pair : the servo's axes of it."""
+    radius, feed = circle
     length = 2 * np.pi * radius
+    # The second of the turns, without its ends: the first holds the way in, and the third the way out.
     inside = (progress > 1.05 * length) & (progress < 1.95 * length)
     if np.count_nonzero(inside) < _MIN_CIRCLE_SAMPLES:
         raise ToolpointError(f"circle {1e3 * radius:g},{6e4 * feed:g} (mm, mm/min): the second turn holds "
@@ -263,12 +280,13 @@ def _second_turn(result: ServoResult, origin: FloatArray, progress: FloatArray, 
     if reached < _MIN_REACHED_FEED_RATIO * feed:
         warnings.warn(f"the limits of the axes allow {6e4 * reached:.0f} mm/min on this circle, not the "
                       f"{6e4 * feed:.0f} mm/min asked for: the test is that of the lower feed", ToolpointWarning, stacklevel=3)
-    return circular_test((result.output("tool") + origin)[inside][:, :2], radius)
+    return circular_test((result.output("tool") + origin)[inside][:, pair], radius)
 
 
-def _whole_turn(result: ServoResult, origin: FloatArray, progress: FloatArray, radius: float) -> CircleTurn:
+def _whole_turn(result: ServoResult, origin: FloatArray, progress: FloatArray, *, radius: float, pair: Sequence[int]
+                ) -> CircleTurn:
     """Return a turn that begins and ends between quadrants, so that all four reversals are inside it."""
     length = 2 * np.pi * radius
     inside = (progress >= 0.875 * length) & (progress <= 1.875 * length)
-    points = {name: (result.output(name) + origin)[inside][:, :2] for name in PLACES}
+    points = {name: (result.output(name) + origin)[inside][:, pair] for name in PLACES}
     return CircleTurn(points, radius, quadrant_peaks(points["tool"], radius))

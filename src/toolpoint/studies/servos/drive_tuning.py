@@ -60,11 +60,15 @@ class TunedDrives(NotebookText):
     @property
     def doubts(self) -> list[Doubt]:
         """Axes whose model holds no resonance, tuned loops that are hardly stable, and gains that no axis has."""
-        rigid = [] if self.has_structure else [
+        return [*self.rigid_doubts, *self.loops_after.doubts, *doubt_gains(list(self.drives.axes), self.servo.controllers)]
+
+    @property
+    def rigid_doubts(self) -> list[Doubt]:
+        """Axes whose model holds no resonance that would limit their gains."""
+        return [] if self.has_structure else [
             Doubt(f"gains of {name}", "its mechanics are rigid: no resonance limits them here",
                   "describe it as two masses or a screw, or give the machine")
             for name, axis in self.drives.axes.items() if axis.mechanics.kind == "rigid"]
-        return [*rigid, *self.loops_after.doubts, *doubt_gains(list(self.drives.axes), self.servo.controllers)]
 
     def rows(self) -> list[list[str]]:
         """Return axis, gain, value before and after, unit."""

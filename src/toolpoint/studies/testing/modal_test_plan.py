@@ -164,6 +164,7 @@ def plan_test(machine: Machine, number: int | None = None, *, pose: Pose | None 
     points = choose_points(modes, number, list(dict.fromkeys(dof.point for dof in chosen)))
     line_max = LINE_RANGE_RATIO * float(modes.frequency.max())
     block = _block_length(modes)
+    # 2.56 times the highest line, as analysers take it: the slope of the anti-alias filter needs what lies above.
     rate = float(_round_up(2.56 * line_max))
     hammer = Hammer(contact=PULSE_CONTACT_CYCLES / line_max, hits=hits, block=1.05 * block, sample_rate=rate)
     settings: dict[str, Any] = {"hammer": hammer, "block": block, "highest": line_max, "noise": noise, "rng": rng}

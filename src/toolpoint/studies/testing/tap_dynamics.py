@@ -27,6 +27,7 @@ ASSUMED_SIZE_DEVIATION, ASSUMED_FREQUENCY_DEVIATION, ASSUMED_DAMPING_DEVIATION =
 SHARED_FREQUENCY_TOLERANCE, SHARED_DAMPING_TOLERANCE = 2e-3, 0.15
 MAX_SHARED_DEVIATIONS = 3.0  # standard deviations between two modes that may be one
 MIN_COMPLIANCE_RATIO = 0.1  # of the largest compliance: a smaller one moves no limit by more
+# Draws of wide intervals end here: a mode without size or damping is none that was identified.
 MIN_SIZE_FACTOR, MIN_DAMPING_RATIO = 0.05, 1e-4
 LABELS = (Dof("tool", "+x"), Dof("tool", "+y"))
 
@@ -67,6 +68,7 @@ class TappedModes:
         errors = np.array([rng.multivariate_normal(np.zeros(2), part) for part in self.covariance]).reshape(-1, 2)
         factor = np.maximum(1 + self.size * rng.standard_normal(), MIN_SIZE_FACTOR)
         return replace(self, frequency=np.maximum(self.frequency + errors[:, 0], 0.5 * self.frequency),
+                       # A wide interval reaches below zero: such a draw would be a machine that chatters by itself.
                        damping=np.clip(self.damping + errors[:, 1], 0.2 * self.damping, 0.99),
                        residue=self.residue * factor, upper=self.upper * float(np.median(factor)))
 

@@ -90,5 +90,6 @@ def _responses(record: Record) -> Frf:
     part = part - part.mean(axis=0)
     spectra = np.fft.rfft(part, axis=0)[1:] / record.sample_rate
     frequency = np.fft.rfftfreq(len(part), 1 / record.sample_rate)[1:]
+    # Above four fifths of half the rate the anti-alias filter is in the response.
     keep = frequency < 0.4 * record.sample_rate
     return Frf(frequency[keep], spectra[keep][:, :, None], record.channels, (Dof("blow", "+x"),), "receptance")

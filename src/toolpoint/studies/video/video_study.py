@@ -358,6 +358,7 @@ def _with_shapes(poles: Modes, shapes: PointShapes) -> Modes:
 def _whole_picture(scanned: Scan, poles: Modes, decay: FreeDecay, *, field: DisplacementField, camera: CameraMotion | None,
                    side: int, skip: int, progress: Progress | None) -> FullField:
     """Return the shapes of the whole picture: projected frames for small motion, tracked windows for large or shaken ones."""
+    # Not the largest: a few noisy pixels would set the scale of the whole picture.
     size = float(np.quantile(np.abs(field.values - field.values.mean(axis=0)), 0.999))
     # Projection is linear in the brightness, which holds for small motion of a still camera alone.
     if size <= LARGE_MOTION_PIXELS and camera is None:

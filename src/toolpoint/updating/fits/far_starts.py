@@ -45,6 +45,7 @@ def find_far_ends(problem: Problem, names: Sequence[str], *, starts: int = 24) -
     ends: list[tuple[float, FloatArray]] = []
     for x in _far_points(problem, columns, starts):
         try:
+            # Starts are only to be told apart: the best ones are fitted to the end afterwards.
             rough = fit(problem, LeastSquares(evaluations=EVALUATIONS_PER_START, tolerance=1e-4), free=tuple(names), start=x)
         except ToolpointError:  # the model does not exist there
             continue

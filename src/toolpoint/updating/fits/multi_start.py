@@ -51,6 +51,7 @@ class MultiStart(NotebookText):
         """Optima that the data do not tell from the best: chi-square (with prior) within 9 (3 standard deviations)."""
         best = self.best.cost
         scale = max(self.best.reduced_chi_square, 1.0) if self.best.scaled else 1.0
+        # Nine on the scale of chi-square is three deviations: a worse optimum is no rival.
         return tuple(o for o in self.optima[1:] if o.fit.cost - best <= 9.0 * scale)
 
     def table(self) -> str:
@@ -152,6 +153,7 @@ def _distinct(fits: dict[int, ParameterFit]) -> tuple[Optimum, ...]:
         free = [i for i, p in enumerate(result.parameters) if p.name in result.free]
         for i, other in enumerate(optima):
             sd = np.sqrt(np.maximum(np.diag(other.fit.covariance), 0.0))
+            # A tenth of a deviation apart they are one optimum, reached from two sides within the tolerance of the fit.
             if (np.abs(result.x[free] - other.fit.x[free]) <= np.maximum(1e-3, 0.1 * sd)).all():
                 optima[i] = replace(other, starts=(*other.starts, k))
                 break

@@ -8,6 +8,7 @@ import numpy as np
 
 from toolpoint._check import FloatArray, fail
 from toolpoint._notebook import NotebookText
+from toolpoint._rounding import NORMAL_QUANTILE_95
 from toolpoint.updating.fits.fit_methods import LeastSquares
 from toolpoint.updating.identifiability import Identifiability
 from toolpoint.updating.models.prediction import Prediction
@@ -91,7 +92,7 @@ class ParameterFit(NotebookText):
         sd = np.sqrt(np.maximum(np.diag(self.covariance), 1e-300))
         return np.asarray(self.covariance / np.outer(sd, sd))
 
-    def interval(self, name: str, factor: float = 1.959964) -> tuple[float, float]:
+    def interval(self, name: str, factor: float = NORMAL_QUANTILE_95) -> tuple[float, float]:
         """Return the 95 % interval of a free parameter, SI; symmetric on the scale that it moves on."""
         if name not in self.free:
             fail("name", repr(name), f"must be of the free parameters {', '.join(self.free)}")

@@ -34,6 +34,8 @@ def addresses() -> IndexArray | None:
     for routine in ROUTINE_NAMES:
         home: Any = cython_lapack if routine == "dpotrf" else cython_blas
         capsule = home.__pyx_capi__.get(routine)
+        # The capsule's name is the routine's signature in C: where integers have 64 bits the call below would pass half of
+        # them.
         if capsule is None or b"int *" not in name(capsule):
             return None
         result.append(pointer(capsule, name(capsule)))

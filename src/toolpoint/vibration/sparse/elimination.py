@@ -24,6 +24,8 @@ class EliminationPlan:
         self.name = "nested dissection by place" if coordinates is not None else "nested dissection by graph"
         order = dissection.dissect(xadj, adj, weight, places, _MAX_LEAF_SIZE)
         parent = symbolic.elimination_tree(xadj, adj, order)
+        # The tree of the new order is that of the old one, renumbered; the sizes decide which child comes last, which keeps
+        # the stack small.
         order = order[symbolic.postorder(parent, symbolic.column_weights(xadj, adj, order, parent, weight))]
         parent = symbolic.elimination_tree(xadj, adj, order)
         rows = symbolic.column_weights(xadj, adj, order, parent, weight)
@@ -93,6 +95,7 @@ def _node_groups(indptr: IndexArray, indices: IndexArray, n: int, coordinates: F
         if n % width == 0:
             group = np.arange(n) // width
             xadj, _, _ = symbolic.quotient(indptr, indices, group, n // width)
+            # Grouped, all entries of a node's blocks count as stored: worth it as long as most of them are.
             if (xadj[-1] + n // width) * width**2 <= 1.7 * indptr[-1]:
                 return group
     return np.arange(n)

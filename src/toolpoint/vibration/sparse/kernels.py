@@ -70,6 +70,7 @@ def factorise_groups(group_begin: int, group_end: int, stiffness: StoredMatrix, 
         panel, contribution = columns[:width * front], square[:below * below]
         panel[:] = 0.0
         for j in range(below):
+            # The lower triangle alone: nothing reads what is above it, and clearing it would touch twice the memory.
             contribution[j * below + j:(j + 1) * below] = 0.0
         for i in range(width):
             local[first + i] = i
@@ -115,6 +116,7 @@ def _columns_of(matrix: StoredMatrix, scale: float, order: IndexArray, place: In
         column = order[first + j]
         for k in range(indptr[column], indptr[column + 1]):
             row = place[indices[k]]
+            # Rows above the diagonal belong to columns that are eliminated already; their mirror images are there.
             if row >= first + j:
                 panel[j * front + local[row]] += scale * data[k]
 
@@ -189,6 +191,8 @@ def _push(s: int, parent: IndexArray, below: int, contribution: FloatArray, stac
     base = state[0]
     child = state[1 + s]
     while child >= 0:
+        # Children are eliminated just before their parent (postorder), so their contributions lie together at the top of
+        # the stack.
         base = min(base, state[1 + 2 * count + child])
         child = state[1 + count + child]
     state[0] = base

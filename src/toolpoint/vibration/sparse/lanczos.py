@@ -228,6 +228,7 @@ def _cut_behind(squares: FloatArray, number: int, total: int) -> tuple[int, floa
         return keep, np.inf
     last = max(squares[keep - 1], 0.0)
     following = squares[keep] if keep < len(squares) else 1.05 * last
+    # Half-way where the next mode is close; else well below it, as its own value may still come down.
     return keep, last + 0.5 * (following - last) if following < 1.5 * last else 1.2 * last + 0.01 * (following - last)
 
 
@@ -237,7 +238,9 @@ class _Basis:
     def __init__(self, search: _Search, number: int) -> None:
         self._search = search
         n = search.m.shape[0]
+        # Seeded by the size: the same matrices give the same modes to the last bit.
         self._random = np.random.default_rng(n)
+        # Six to begin with: a free body in space has no more rigid motions.
         self._width = min(n, 6)
         self._store: FloatArray = np.empty((n, min(n, max(6 * number, 60)) + self._width), order="F")
         self._filled = 0
@@ -262,6 +265,7 @@ class _Basis:
         """Return how many of six vectors one application turns into rigid-body modes: a block must hold them all."""
         block = self._orthonormal(self._start())[0]
         values = np.linalg.eigvalsh(self._mass_block.T @ self._apply(self._mass_block)) if block.shape[1] else np.zeros(0)
+        # A rigid motion has the value 1/s, an elastic mode with a square far above s a small fraction of it.
         return int((values * self._search.shift > 0.5).sum())
 
     @property
@@ -277,6 +281,7 @@ class _Basis:
         # What is left of a block that the basis holds already is rounding, and must not be blown up.
         mass_block = self._search.m @ block
         rounding = (1e-13**2) * float(np.einsum("ij,ij->j", block, mass_block).max(initial=0.0))
+        # Once leaves rounding of what was taken away, which may exceed what remains; twice is enough (Kahan, Parlett).
         for sweep in range(2):
             if others is not None:
                 block = block - others @ (others.T @ (self._search.m @ block))
@@ -285,8 +290,11 @@ class _Basis:
             part = self._vectors.T @ mass_block
             block = block - self._vectors @ part
             projection += part
+        # By the eigenvalues of the Gram matrix, not by Cholesky or QR: columns that depend on others are left out where
+        # they show.
         triangle: FloatArray = np.eye(block.shape[1])
         mass_block = self._search.m @ block
+        # Twice: eigenvalues of a Gram matrix hold half of the digits of the columns, so the first pass is rough.
         for _ in range(2):
             gram = block.T @ mass_block
             values, rotations = np.linalg.eigh((gram + gram.T) / 2)
@@ -302,6 +310,7 @@ class _Basis:
         """Put a block behind the basis; the store doubles when it is full."""
         end = self._filled + block.shape[1]
         if end > self._store.shape[1]:
+            # Doubled: growing by a block each time would copy the basis as often as it has blocks.
             larger = np.empty((len(self._store), max(end, 2 * self._store.shape[1])), order="F")
             larger[:, :self._filled] = self._vectors
             self._store = larger
@@ -317,6 +326,7 @@ class _Basis:
         projected: FloatArray = np.zeros((self._filled, self._filled))
         projected[:old_size, :old_size] = self._projected
         projected[:, old_size:], projected[old_size:, :] = projection, projection.T
+        # Both halves differ by rounding, and a symmetric solver reads one of them alone.
         self._projected = (projected + projected.T) / 2
 
     def grow_to(self, number: int) -> None:
@@ -330,6 +340,7 @@ class _Basis:
             self._step()
             if self._vectors.shape[1] >= number + 1:
                 values, residual = self._values()
+                # One mode behind the last must be roughly known: the count is taken in the gap between the two.
                 if len(values) > number and (residual[:number] < _MAX_MODE_RESIDUAL).all() and residual[number] < 1e-4:
                     return
 

@@ -22,6 +22,7 @@ class Multifrontal:
         diagonal = stiffness.diagonal() if mass is None else stiffness.diagonal() + shift * mass.diagonal()
         self.is_positive = is_positive and bool((diagonal > 0).all())
         self._factor, self._diagonal = np.empty(plan.factor_size), np.ones(stiffness.shape[0])
+        # A pivot that is not above zero shows only on the way; Cholesky, by BLAS alone, is faster where none comes.
         if not self.is_positive or self._eliminate(stiffness, mass, shift, True) >= 0:
             self.is_positive = False
             self._diagonal[:] = 1.0

@@ -44,6 +44,8 @@ def pattern_of(elements: list[IndexArray], node_count: int) -> NodePattern:
     total = None
     for nodes in elements:
         e, n = nodes.shape
+        # Nodes that share an element are the pattern of incidence^T incidence: one sparse product instead of loops over
+        # pairs.
         rows = np.repeat(np.arange(e, dtype=np.int32), n)
         incidence = csr_array((np.ones(e * n, dtype=bool), (rows, nodes.ravel().astype(np.int32))), shape=(e, node_count))
         graph = incidence.T @ incidence

@@ -79,5 +79,6 @@ def _common_pattern(stiffness: SymmetricMatrix, mass: SymmetricMatrix) -> Symmet
     if stiffness.has_canonical_format and mass.has_canonical_format and symbolic.holds(
             stiffness.indptr, stiffness.indices, mass.indptr, mass.indices):
         return stiffness
+    # Ones in place of values: stiffness and mass may cancel in a sum, and the pattern must hold for every shift.
     first, second = (csc_array((np.ones(a.nnz, dtype=np.int8), a.indices, a.indptr), shape=a.shape) for a in (stiffness, mass))
     return csc_array(first.astype(bool) + second.astype(bool))

@@ -29,6 +29,7 @@ def quotient(indptr: IndexArray, indices: IndexArray, group: IndexArray, count: 
         next_member[group[row]] += 1
     xadj, mark = np.zeros(count + 1, np.int64), np.full(count, -1, np.int64)
     adj = np.empty(0, np.int64)
+    # Twice over the same loop: first the number of neighbours, then their list, as memory grows by no guess.
     for fill in range(2):
         total = 0
         mark[:] = -1
@@ -77,6 +78,8 @@ def elimination_tree(xadj: IndexArray, adj: IndexArray, order: IndexArray) -> In
     for j in range(n):
         for k in range(xadj[order[j]], xadj[order[j] + 1]):
             i = place[adj[k]]
+            # Paths are compressed on the way: `ancestor` leads straight to the last root, so that a long chain is walked once
+            # (Liu).
             while i < j and i >= 0:
                 following = ancestor[i]
                 ancestor[i] = j
@@ -152,6 +155,7 @@ def supernodes(parent: IndexArray, rows: IndexArray, weight: IndexArray) -> Inde
             starts.append(j)
     # Groups waiting to be joined, as stacks of first column, last column, width, zeros.
     first, last, widths, zero_counts = [0], [0], [0], [0.0]
+    # A list must hold something once, so that the compiler knows its type.
     first.pop(), last.pop(), widths.pop(), zero_counts.pop()
     for i in range(len(starts)):
         a = starts[i]
@@ -164,6 +168,8 @@ def supernodes(parent: IndexArray, rows: IndexArray, weight: IndexArray) -> Inde
             new_zeros = widths[-1] * float(joined + rows[b - 1] - weight[b - 1] - height)
             all_zeros = zeros + zero_counts[-1] + new_zeros
             zero_fraction = all_zeros / (joined * (joined / 2.0 + rows[b - 1] - weight[b - 1]))
+            # Dense columns of a group go through BLAS, which pays for zeros: narrow groups may take any, wide ones ever
+            # fewer.
             if not (joined <= 24 or (joined <= 64 and zero_fraction < 0.5) or (joined <= 160 and zero_fraction < 0.15)
                     or zero_fraction < 0.06):
                 break
@@ -209,6 +215,7 @@ def structure(xadj: IndexArray, adj: IndexArray, order: IndexArray, starts: Inde
                     rows[total] = i
                     total += 1
             child = following[child]
+        # Sorted: a front takes its children's rows in order, and the first one below names the parent.
         rows[begin:total] = np.sort(rows[begin:total])
         pointers[s + 1] = total
         if total > begin:  # the first row below is eliminated next: its group takes this one's update

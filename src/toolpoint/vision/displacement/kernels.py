@@ -34,6 +34,7 @@ def sum_blocks(frames: Array, side: int, means: FloatArray, extremes: IndexArray
                 means[t, by, bx] = total / (side * side)
     for y in range(rows):
         for x in range(columns):
+            # Clipping lasts as long as the light does: every eighth frame tells it at an eighth of the time.
             for t in range(0, n, 8):
                 value = frames[t, y, x]
                 if value == 0 or value == white:
@@ -100,6 +101,7 @@ def track(frames: Array, corners: IndexArray, templates: FloatArray, ready: Inde
         right, down = state[p, 0], state[p, 1]
         for t in range(n):
             settled = False
+            # A place settles in two or three templates; more mean that the texture is not that of the window any more.
             for _ in range(6):
                 i, j = int(np.floor(down * step + 0.5)), int(np.floor(right * step + 0.5))
                 whole_y, whole_x = i // step, j // step
@@ -108,6 +110,8 @@ def track(frames: Array, corners: IndexArray, templates: FloatArray, ready: Inde
                     break
                 row, column = i - whole_y * step, j - whole_x * step
                 if ready[row, column] != 1:
+                    # Templates are built outside, where they are asked for: most windows need a few of the many subpixel
+                    # places.
                     ready[row, column] = 2
                     break
                 dx, dy = _product(frames[t], templates[p, row, column], first_row, first_column, sums)
@@ -143,6 +147,8 @@ def follow(frames: Array, corners: IndexArray, texture: FloatArray, slopes: Floa
         right, down = state[p, 0], state[p, 1]
         for t in range(n):
             settled = False
+            # Far from the reference each step gains a digit or so; twenty without an end mean that the window has lost its
+            # texture.
             for _ in range(20):
                 whole_y, whole_x = int(np.floor(down)), int(np.floor(right))
                 first_row, first_column = (corners[p, 0] + whole_y - LANCZOS_TAPS // 2 + 1,
@@ -193,6 +199,8 @@ def _lanczos(f: float, w: FloatArray) -> None:
         w[k] = value
         total += value
     for k in range(LANCZOS_TAPS):
+        # Lanczos weights sum to one within a per cent only: uncorrected, the grey level would change with the fraction of a
+        # pixel.
         w[k] /= total
 
 
@@ -263,12 +271,16 @@ def follow_phase(frames: Array, corners: IndexArray, side: int, stride: int, wav
                         a, b = reference_bands[p, o, 0, y, x], reference_bands[p, o, 1, y, x]
                         re, im = out[0, y, x] * a + out[1, y, x] * b, out[1, y, x] * a - out[0, y, x] * b
                         phase = np.arctan2(im, re)
+                        # Phases are turned by whole turns as they go: a motion of more than half a wave between two frames
+                        # is the limit.
                         step = phase - last[p, o, y, x]
                         if step > np.pi:
                             turns[p, o, y, x] -= 1
                         elif step < -np.pi:
                             turns[p, o, y, x] += 1
                         last[p, o, y, x] = phase
+                        # Weights are of the reference alone: a weight of the frame would change with its light and pull on
+                        # the result.
                         amplitude = a * a + b * b
                         weighted_phase = amplitude * (phase + 2 * np.pi * turns[p, o, y, x])
                         gx += slopes[p, o, 0, y, x] * weighted_phase

@@ -84,6 +84,7 @@ class TemplateProducts:
 
         Against a tangent the slope of the result keeps to one over the cell.
         """
+        # Secants over the way on which a template is used, not slopes at its middle: they err least over that reach.
         h = 0.375 / self.step
         picture = reference.moved(right, down)[0]
         by_right = (reference.moved(right + h, down)[0] - reference.moved(right - h, down)[0]) / (2 * h)
@@ -133,6 +134,7 @@ def solve_windows(
 def _remove_light(nuisance: FloatArray, columns: FloatArray, weight: FloatArray) -> FloatArray:
     """Return the columns less the part that gain and offset of the light explain, in the weighted sense."""
     gram = np.einsum("npi,np,npj->nij", nuisance, weight, nuisance)
+    # A window without texture has a singular matrix, which must not stop the solution of the others.
     gram += 1e-9 * np.trace(gram, axis1=1, axis2=2)[:, None, None] * np.eye(gram.shape[1])
     share = np.linalg.solve(gram, np.einsum("npi,np,npj->nij", nuisance, weight, columns))
     return columns - nuisance @ share

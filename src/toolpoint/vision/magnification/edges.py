@@ -26,6 +26,7 @@ def find_edges(picture: FloatArray, blur: float = EDGE_BLUR, weak_fraction: floa
     smooth = gaussian_filter(np.asarray(picture, float), blur)
     down, right = np.gradient(smooth)
     slope = np.hypot(down, right)
+    # Of each picture's own slopes: light and contrast differ from clip to clip.
     level = float(np.quantile(slope, 0.95))
     if level < 0.5:
         return np.zeros(slope.shape, bool)

@@ -14,6 +14,7 @@ from toolpoint._check import FloatArray, IndexArray
 def _sample(picture: FloatArray, x: float | np.floating[Any], y: float | np.floating[Any]) -> np.float32:
     """Cubic convolution (Keys, a = -1/2) of a float32 picture; places outside are those at its edge."""
     rows, columns = picture.shape
+    # Four samples each way: two columns inside the edge the window is whole, and no pixel needs a test of its own.
     ix, iy = min(max(int(x), 1), columns - 3), min(max(int(y), 1), rows - 3)
     f, e = np.float32(x) - np.float32(ix), np.float32(y) - np.float32(iy)
     f, e = min(max(f, np.float32(0)), np.float32(1)), min(max(e, np.float32(0)), np.float32(1))
@@ -66,6 +67,7 @@ def draw_layers(frame: FloatArray, reference: FloatArray, fills: FloatArray, own
     """
     rows, columns = frame.shape
     place = np.empty((4, columns), np.float32)
+    # Numbers of the same kind throughout: one of double precision would turn the whole loop into double.
     edge, half_pixel = np.float32(1), np.float32(0.5)
     for b in range(boxes.shape[0]):
         first_column, first_row, width, height = boxes[b]
@@ -74,6 +76,8 @@ def draw_layers(frame: FloatArray, reference: FloatArray, fills: FloatArray, own
         half_side = max(width, height) / 2.0
         reach = 2.0 + max(abs(c[0, 0]), abs(c[1, 0]))
         for i in range(2):
+            # No pixel farther from the body's box than its largest displacement can show it: the rest of the picture is not
+            # visited.
             reach = max(reach, 2.0 + abs(c[i, 0]) + half_side * (abs(c[i, 1]) + abs(c[i, 2]))
                         + half_side * half_side * (abs(c[i, 3]) + abs(c[i, 4]) + abs(c[i, 5])))
         first_x, last_x = max(0, int(first_column - reach)), min(columns, int(first_column + width + reach) + 1)
@@ -86,6 +90,8 @@ def draw_layers(frame: FloatArray, reference: FloatArray, fills: FloatArray, own
                 if inside <= 0.0:
                     continue
                 ix, iy = min(max(int(from_x + half_pixel), 0), columns - 1), min(max(int(from_y + half_pixel), 0), rows - 1)
+                # Where another body was in front in the frame, this one's grey is not in the frame: it is taken from the
+                # filled picture.
                 if owner[np.uint64(iy), np.uint64(ix)] != b:
                     grey = _sample(fills[b], from_x, from_y)
                 else:
@@ -94,6 +100,7 @@ def draw_layers(frame: FloatArray, reference: FloatArray, fills: FloatArray, own
                         grey += rest_share * _sample(reference, from_x, from_y)
                     if rest_share < 1.0:
                         grey += (np.float32(1) - rest_share) * _sample(frame, place[2, x], place[3, x])
+                # The last pixel is blended, else a body that moves by parts of a pixel would have edges that jump.
                 out[y, x] = grey if inside >= 1.0 else inside * grey + (edge - inside) * out[y, x]
 
 

@@ -76,6 +76,8 @@ def _artefact(modes: Modes, i: int, j: int, strength_ratio: float, *, half_width
     """Return what of mode j mode i may be, `strength_ratio` times as strong; empty where nothing speaks for it."""
     f, g = float(modes.frequency[i]), float(modes.frequency[j])
     text = f"mode {j + 1} ({g:.4g} Hz)"
+    # Whichever is least exact: the lines, the pole, or the rate of the camera, which is stated to some tenths of a per
+    # cent.
     tolerance = max(resolution, float(half_width[i]), 0.005 * f)
     if is_lossy and strength_ratio < MAX_IMAGE_RATIO and min(min(abs(f - abs(fraction * frame_rate - g)),
                                                                  abs(f - fraction * frame_rate - g))

@@ -186,6 +186,7 @@ def _onset(scaled: FloatArray, rate: float) -> int:
     if not components:
         return 0
     energy = ((left_vectors[:, components] * singular[components]) ** 2).mean(axis=1)
+    # A mean over some milliseconds and at least three frames: the noise of single ones would pass for the onset.
     average_frames = max(3, round(0.004 * rate))
     smooth = np.convolve(energy, np.ones(average_frames) / average_frames, "same")
     freedom = len(components) * average_frames

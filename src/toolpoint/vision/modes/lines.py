@@ -81,6 +81,7 @@ def name_line(frequency: float, frame_rate: float) -> str:
         for multiple in (2, 4, 6):
             true_frequency = multiple * mains
             alias = abs(true_frequency - frame_rate * round(true_frequency / frame_rate))
+            # Mains wander by some tenths of a hertz, and a camera's rate by as much as its clock.
             if abs(alias - frequency) < max(0.6, 0.004 * frequency):
                 return f"lamp line, {true_frequency:g} Hz of {mains:g} Hz mains" + ("" if true_frequency < frame_rate / 2
                                                                                     else ", aliased")

@@ -19,6 +19,7 @@ import numpy as np
 import scipy  # its rooms load on first use
 
 from toolpoint._check import ComplexArray, FloatArray
+from toolpoint._rounding import NORMAL_QUANTILE_95
 from toolpoint.vibration import Modes
 from toolpoint.vision.displacement.result import DisplacementField
 from toolpoint.vision.modes.projection import decay_basis
@@ -70,7 +71,8 @@ def inflate_by_loss(modes: Modes, loss: float) -> Modes:
     """
     if modes.covariance is None:
         return modes
-    damping_deviation = min(max(DAMPING_LOSS_FACTOR * loss, DAMPING_TRACKING_ERROR), 1.0) * modes.damping_ratio / 1.96
+    half_width = min(max(DAMPING_LOSS_FACTOR * loss, DAMPING_TRACKING_ERROR), 1.0) * modes.damping_ratio
+    damping_deviation = half_width / NORMAL_QUANTILE_95
     added_variance = np.zeros(modes.covariance.shape)
     frequency_deviation = damping_deviation * modes.frequency * (0.5 if loss > 0 else 1.0)
     added_variance[:, 0, 0], added_variance[:, 1, 1] = frequency_deviation**2, damping_deviation**2
@@ -136,6 +138,7 @@ def _student_factors(weights: FloatArray, inverse: FloatArray) -> FloatArray:
     shares = np.maximum(leverage.reshape(len(leverage), -1, 2).sum(axis=2), 0.0)
     shares = shares / np.maximum(shares.sum(axis=0), 1e-300)
     freedom = np.maximum(1 / np.maximum((shares**2).sum(axis=0), 1e-300) - 1, MIN_WINDOW_FREEDOM)
+    # Intervals downstream multiply by 1.96: the factor makes them Student's for so few windows.
     return np.asarray(scipy.special.stdtrit(freedom, 0.975) / scipy.special.ndtri(0.975))
 
 

@@ -39,6 +39,7 @@ def draw_body(picture: FloatArray, texture: FloatArray, cover: FloatArray, corne
     first_row, first_column = max(0, corner[1] - 4), max(0, corner[0] - 4)
     end_row, end_column = min(rows, corner[1] + size[1] + 4), min(columns, corner[0] + size[0] + 4)
     for y in range(first_row, end_row):
+        # One row of amplitudes for the whole picture, or one a line: a rolling shutter exposes line after line.
         q = amplitude[min(y, amplitude.shape[0] - 1)]
         c[:] = 0.0
         for r in range(n_modes):

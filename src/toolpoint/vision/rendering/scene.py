@@ -66,6 +66,7 @@ class PicturedBody:
         edge = SPLINE_POINTS_PER_PIXEL * TEXTURE_MARGIN
         cover[edge:-edge, edge:-edge] = 1.0
         blurred = gaussian_filter(cover, SPLINE_POINTS_PER_PIXEL * 0.8)
+        # Exactly nought and one away from edges, so that the kernel can skip the pixels that are all or none of a body.
         return np.where(blurred > 0.999, 1.0, np.where(blurred < 0.001, 0.0, blurred)).astype(np.float32)
 
 

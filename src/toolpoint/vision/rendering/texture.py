@@ -30,6 +30,7 @@ def random_texture(shape: tuple[int, int], rng: np.random.Generator, *, blur: fl
     size = (SPLINE_POINTS_PER_PIXEL * shape[0], SPLINE_POINTS_PER_PIXEL * shape[1])
     pattern = gaussian_filter(rng.standard_normal(size), SPLINE_POINTS_PER_PIXEL * positive("blur", blur), mode="wrap")
     pattern *= contrast / pattern.std()
+    # Not to the ends of the scale: noise and motion blur on top must not clip.
     return np.clip(grey + pattern, 5.0, 250.0).astype(np.float32)
 
 

@@ -21,6 +21,7 @@ from toolpoint.workbench.state.jobs import Jobs
 from toolpoint.workbench.state.kept_files import keep_file
 from toolpoint.workbench.state.recordings import Recordings
 
+# This machine alone: the server runs commands on files, and asks nobody who they are.
 LOCAL_HOST = "127.0.0.1"
 ANY_HOSTS = ("0.0.0.0", "::", "*", "")  # ways to say every address of a machine
 FOLDER_LOOK_SECONDS = 1.0  # between two looks for files that somebody changed

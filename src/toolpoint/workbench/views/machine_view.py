@@ -11,7 +11,7 @@ import numpy as np
 from toolpoint import io, studies
 from toolpoint._check import ToolpointError, fail
 from toolpoint._doubt import Doubt
-from toolpoint._rounding import with_uncertainty
+from toolpoint._rounding import NORMAL_QUANTILE_95, with_uncertainty
 from toolpoint.cutting.description import CuttingDescription
 from toolpoint.machine import Machine
 from toolpoint.machine.description import AxisDescription
@@ -33,7 +33,6 @@ from toolpoint.workbench.views.machine_look import (
 from toolpoint.workbench.views.view import WorkbenchView, command_line, pose_words_of
 
 CHANGED_FILE = "changed.yaml"  # name of the file that the shown commands write
-STANDARD_NORMAL_HALF_WIDTH = 1.96  # standard deviations of a 95 % interval
 MIN_TOLD_HALF_WIDTH = 5e-4  # of a frequency: a sharper one is shown without its interval in the headline
 AXIS_REACH = 0.3  # m or rad to each side of an axis without limits, for its slider
 
@@ -106,7 +105,7 @@ def _springs(machine: Machine) -> list[dict[str, Any]]:
     for path in spring_paths(machine):
         _, joint, _, way = path.split(".")
         value = machine.value(path)
-        half_width = STANDARD_NORMAL_HALF_WIDTH * float(deviation[path]) / value if path in deviation else None
+        half_width = NORMAL_QUANTILE_95 * float(deviation[path]) / value if path in deviation else None
         springs.append({"path": path, "joint": joint, "way": way, "value": value, "half_width": half_width,
                         "share": shares.get(path), "unit": "N m/rad" if way.startswith("r") else "N/m",
                         "source": machine.description.joints[joint].source})

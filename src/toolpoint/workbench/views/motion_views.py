@@ -17,10 +17,11 @@ SERVO_STEPS, PROGRAM_STEPS = "contour", "program"  # first parts of the names of
 def view_servo(desk: Desk, part: str = "") -> WorkbenchView:
     """Return the view of the circles that a servo is asked for: deviation, and the page with its loops and step."""
     view = _view_steps(desk, "servo", SERVO_STEPS, part)
-    servo = desk.project().description.servo
-    goal = desk.project().description.contours[view.data["part"]]
-    calls = (f"result = studies.run_drives(io.read_drives({servo!r}), circle=({goal.radius!r}, {goal.feed!r}))",
-             "print(result.table())")
+    step = next(step for step in desk.project().chain.steps if step.name == f"{SERVO_STEPS}/{view.data['part']}")
+    servo, *machine = step.input_paths
+    structure = "".join(f", machine=io.read_machine_at({file!r}, goal.pose)" for file in machine)
+    calls = (f"goal = project.Project.open('.').description.contours[{view.data['part']!r}]",
+             f"result = studies.study_circle(io.read_drives({servo!r}), goal{structure})", "print(result.table())")
     return WorkbenchView(view.name, view.answer, view.doubts, view.commands, calls, view.data, view.is_stale)
 
 

@@ -14,6 +14,7 @@ import numpy as np
 from toolpoint import io, pages, studies
 from toolpoint._check import ToolpointError, fail
 from toolpoint.io.yaml.named_files import list_named_files
+from toolpoint.machine.description.project_plan import ContourGoal
 from toolpoint.project import Project
 from toolpoint.project.chain import choice_place
 from toolpoint.project.steps.measuring import identify_responses
@@ -55,14 +56,11 @@ def pages_of(desk: Desk) -> dict[str, KnownPage]:
 
 def _servo_pages(project: Project) -> dict[str, KnownPage]:
     """Return the pages of the circles that the servo is asked for."""
-    described, entries = project.description, {}
-    for name, goal in described.contours.items() if described.servo is not None else ():
-        servo = project.folder / str(described.servo)
-        entries[f"contour/{name}"] = KnownPage(
-            f"Servo: the circle of {name}, loops, step", (servo,),
-            command_line("drive", described.servo, "--circle", f"{1e3 * goal.radius:g},{6e4 * goal.feed:g}"),
-            partial(_circle, servo, goal.radius, goal.feed))
-    return entries
+    steps = [step for step in project.chain.steps if step.name.startswith("contour/")]
+    return {step.name: KnownPage(f"Servo: the circle of {name}, loops, step", files, step.command,
+                                 partial(_circle, project.description.contours[name], *files))
+            for step in steps for name in [step.name.partition("/")[2]]
+            for files in [tuple(project.folder / path for path in step.input_paths)]}
 
 
 def _program_pages(desk: Desk, project: Project) -> dict[str, KnownPage]:
@@ -83,9 +81,10 @@ def _program(desk: Desk, project: Project, name: str) -> Any:
     return pages.project_program_page(project.program(name), data).preceded_by(*doubts)
 
 
-def _circle(servo: Path, radius: float, feed: float) -> Any:
-    result = studies.run_drives(io.read_drives(servo), circle=(radius, feed))
-    return pages.drive_page(result, source_text=servo.read_text(encoding="utf-8-sig"), warnings=list(result.notes))
+def _circle(goal: ContourGoal, servo: Path, machine: Path | None = None) -> Any:
+    built = None if machine is None else io.read_machine_at(machine, goal.pose)
+    result = studies.study_circle(io.read_drives(servo), goal, machine=built)
+    return pages.circle_page(result, source_text=servo.read_text(encoding="utf-8-sig"), warnings=list(result.experiment.notes))
 
 
 def _pages_of_test(desk: Desk, project: Project, name: str) -> dict[str, KnownPage]:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 
-import numba as nb
 import numpy as np
 
 from toolpoint._check import Array, ComplexArray, FloatArray, IndexArray
+from toolpoint._inner_kernels import inner_njit
 from toolpoint.cutting.stability.floquet.kernels import horner
 from toolpoint.cutting.stability.floquet.records import ThetaTable
 from toolpoint.cutting.stability.levels import FRACTIONS_ABOVE_ROOT, FRACTIONS_BELOW_ROOT
@@ -16,7 +16,7 @@ from toolpoint.cutting.stability.sorting import number_below
 FLIP_SEARCH_PARTS = 8  # in which the depths between two levels are looked at for flips
 
 
-@nb.njit(cache=True, nogil=True)
+@inner_njit(cache=True, nogil=True)
 def count_at(table: ThetaTable, used: int, s: float) -> tuple[int, int]:
     """Return (N, place of the largest phase step) at s: N = -(phase of D over theta from 0 to pi)/pi, a whole number."""
     order, c, degree = table.order, table.coefficient, table.degree
@@ -26,8 +26,11 @@ def count_at(table: ThetaTable, used: int, s: float) -> tuple[int, int]:
         i = order[k]
         now, _ = horner(c[i], degree[i], s)
         if k == used - 1:
+            # At theta = pi the determinant is real: its rounding must not turn the last step, which decides about a flip.
             now = complex(now.real, 0.0)
         if k > 0:
+            # The angle of now over previous by cross and scalar product: no quotient that overflows, and no jump at -pi, as
+            # steps are below 1.2 rad.
             step = math.atan2(previous.real * now.imag - previous.imag * now.real,
                               previous.real * now.real + previous.imag * now.imag)
             total += step
@@ -37,7 +40,7 @@ def count_at(table: ThetaTable, used: int, s: float) -> tuple[int, int]:
     return int(np.rint(-total / math.pi)), place
 
 
-@nb.njit(cache=True, nogil=True)
+@inner_njit(cache=True, nogil=True)
 def counts_of(order: IndexArray, used: int, at_levels: ComplexArray, number: int) -> IndexArray:
     """Return N at the first `number` levels from the determinant's values there."""
     out = np.empty(number, np.int64)
@@ -55,7 +58,7 @@ def counts_of(order: IndexArray, used: int, at_levels: ComplexArray, number: int
     return out
 
 
-@nb.njit(cache=True, nogil=True)
+@inner_njit(cache=True, nogil=True)
 def add_flips(table: ThetaTable, used: int, levels: FloatArray, counts: IndexArray) -> tuple[FloatArray, IndexArray]:
     """Return the levels and their counts, with depths added where the real determinant at theta = pi changes its sign and back
     between two levels: a flip lobe that opens and closes there."""
@@ -68,6 +71,8 @@ def add_flips(table: ThetaTable, used: int, levels: FloatArray, counts: IndexArr
         sign_b = horner(c, degree, levels[l])[0].real > 0
         for k in range(1, FLIP_SEARCH_PARTS):
             m = a + (levels[l] - a) * k / FLIP_SEARCH_PARTS
+            # Two flips in one cell leave counts and signs at its ends alike; only a look inside tells, which costs one
+            # polynomial.
             if sign_a == sign_b and (horner(c, degree, m)[0].real > 0) != sign_a:
                 out[n] = m
                 flip_counts[n], _ = count_at(table, used, m)
@@ -78,20 +83,21 @@ def add_flips(table: ThetaTable, used: int, levels: FloatArray, counts: IndexArr
     return out[:n], flip_counts[:n]
 
 
-@nb.njit(cache=True, nogil=True)
+@inner_njit(cache=True, nogil=True)
 def put_cell(stack: Array, size: int, lower: float, n_lower: int, upper: float, n_upper: int) -> int:
     """Put two depths with their counts on the stack; returns the new top."""
     stack[size].lower, stack[size].n_lower, stack[size].upper, stack[size].n_upper = lower, n_lower, upper, n_upper
     return size + 1
 
 
-@nb.njit(cache=True, nogil=True)
+@inner_njit(cache=True, nogil=True)
 def split(stack: Array, size: int, below: tuple[float, int], above: tuple[float, int], places: tuple[float, ...],
           table: ThetaTable, used: int) -> int:
     """Put the depths from `below` to `above`, each (s, count), on the stack in parts, so that a band that opens and closes
     beside a boundary point is seen; returns the new top."""
     a, n_lower = below
     b, n_b = above
+    # Narrower than what two neighbouring points are apart by error alone.
     if b <= a * (1 + 1e-6):
         return size
     lower = a
@@ -106,7 +112,7 @@ def split(stack: Array, size: int, below: tuple[float, int], above: tuple[float,
     return size
 
 
-@nb.njit(cache=True, nogil=True)
+@inner_njit(cache=True, nogil=True)
 def explain_counts(points: Array, counts: IndexArray, levels: FloatArray, table: ThetaTable, used: int) -> bool:
     """Whether the points explain the count at every level and at the depths where `split` would look."""
     for l in range(levels.size):
@@ -128,7 +134,7 @@ def explain_counts(points: Array, counts: IndexArray, levels: FloatArray, table:
     return True
 
 
-@nb.njit(cache=True, nogil=True)
+@inner_njit(cache=True, nogil=True)
 def explains(points: Array, s: float, count: int) -> bool:
     """Whether the points below s make up the count there (one within its error of s may count either way)."""
     total = 0

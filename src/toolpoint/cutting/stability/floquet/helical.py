@@ -24,6 +24,7 @@ def helical_nodes(problem: MillingProblem, depth: float, density: float, *, node
     pitch = 2 * np.pi / tool.teeth
     lag = 2 * abs(float(np.tan(tool.helix[0]))) * depth / tool.diameter
     marks = np.array([0.0, lag, arc.arc, arc.arc + lag]) % pitch
+    # Rounded: marks that coincide in theory differ by rounding, and a stretch between them would have no length.
     ends = np.unique(np.round(np.concatenate([[0.0, pitch], marks]), 12))
     rows = []
     for a, b in pairwise(ends):
@@ -117,6 +118,7 @@ def boundaries(frozen: Frozen, speed: float, counts: FloatArray, *, levels: Floa
 
 
 def _remaining_cells(frozen: Frozen, speed: float, cell: _Cell, point: _Boundary) -> list[_Cell]:
+    # Farther off than the point's own error, else the count beside it could be that of its other side.
     lower, upper = point.depth * (1 - 1e-5), point.depth * (1 + 1e-5)
     count_below, count_above = count_at(frozen, speed, lower), count_at(frozen, speed, upper)
     parts = (_Cell(cell.lower, lower, cell.below, count_below), _Cell(upper, cell.upper, count_above, cell.above))
@@ -136,6 +138,7 @@ def _fixed_point(frozen: Frozen, speed: float, a: float, b: float) -> _Boundary 
     boundary moves faster than the depth, a multiplier that leaves the circle of the frozen shape enters that of the cut.
     """
     d0 = (a + b) / 2
+    # A little beyond the cell: the boundary of a frozen shape may lie deeper than that of the cut.
     row = _nearest(frozen(d0, speed, 1.5 * b), d0)
     if row is None:
         return None

@@ -14,6 +14,7 @@ import numba as nb
 import numpy as np
 
 from toolpoint._check import Array, ComplexArray
+from toolpoint._inner_kernels import inner_njit
 from toolpoint.cutting.stability.far_call import address_of, caller_of
 from toolpoint.cutting.stability.floquet.records import ArcSet, Green, HillLines, Room, Turning
 
@@ -21,7 +22,7 @@ MAX_POINTS = 48
 MAX_NODES = 1500
 
 
-@nb.njit(cache=True, nogil=True)
+@inner_njit(cache=True, nogil=True)
 def turning_at(period: float, omega: float, w_max: float, poles: ComplexArray) -> Turning:
     """Return the `Turning` of one speed."""
     factors = np.empty(poles.size, np.complex128)
@@ -30,7 +31,7 @@ def turning_at(period: float, omega: float, w_max: float, poles: ComplexArray) -
     return Turning(period, omega, w_max, poles, factors)
 
 
-@nb.njit(cache=True, nogil=True, fastmath=False)
+@inner_njit(cache=True, nogil=True, fastmath=False)
 def green_at(turning: Turning, nodes: ArcSet) -> Green:
     """Return the parts of the Green matrix at one speed that do not depend on theta."""
     period, omega, poles = turning.period, turning.omega, turning.poles
@@ -58,7 +59,7 @@ def green_at(turning: Turning, nodes: ArcSet) -> Green:
     return Green(wrapped, direct, nodes.lines, nodes.node)
 
 
-@nb.njit(cache=True, nogil=True)
+@inner_njit(cache=True, nogil=True)
 def fill(nu: complex, turning: Turning, green: Green, out: ComplexArray) -> None:
     """Write M(theta) of modes into out: the geometric series of all earlier periods is nu/(1 - nu e^{sT}) for every pole."""
     wrapped, factors = green.wrapped, turning.factors
@@ -80,7 +81,7 @@ def fill(nu: complex, turning: Turning, green: Green, out: ComplexArray) -> None
             out[i, j] = scale * complex(re[i * q + j], im[i * q + j])
 
 
-@nb.njit(cache=True, nogil=True)
+@inner_njit(cache=True, nogil=True)
 def fill_hill(nu: complex, theta: float, turning: Turning, green: Green, out: ComplexArray) -> None:
     """Write the truncated Hill matrix of modes into out (MultiFrequency)."""
     poles, residues, fourier, static = green.lines.poles, green.lines.residues, green.lines.fourier, green.direct
@@ -111,7 +112,7 @@ def fill_hill(nu: complex, theta: float, turning: Turning, green: Green, out: Co
                     out[row + i, column + b] = scale * total
 
 
-@nb.njit(cache=True, nogil=True)
+@inner_njit(cache=True, nogil=True)
 def size_of(nodes: ArcSet) -> int:
     """Return the size of the matrix: nodes on the arc, or harmonics times directions for a truncated Hill matrix."""
     lines = nodes.lines
@@ -120,14 +121,14 @@ def size_of(nodes: ArcSet) -> int:
     return ((lines.fourier.shape[0] - 1) // 2 + 1) * lines.residues.shape[1]
 
 
-@nb.njit(cache=True, nogil=True)
+@inner_njit(cache=True, nogil=True)
 def room_of(nodes: ArcSet) -> Room:
     """Return work space for the determinant of a set of nodes."""
     q = size_of(nodes)
     return Room(np.empty((q, q), np.complex128), np.zeros((q + 1, q + 1), np.complex128))
 
 
-@nb.njit(cache=True, nogil=True)
+@inner_njit(cache=True, nogil=True)
 def hessenberg(a: ComplexArray) -> None:
     """Reduce a to upper Hessenberg form in place by stabilised elimination (a similarity)."""
     n = a.shape[0]
@@ -137,6 +138,7 @@ def hessenberg(a: ComplexArray) -> None:
             size = abs(a[i, m - 1])
             if size > best:
                 best, pivot_row = size, i
+        # The column is eliminated already: the matrix falls into two blocks, and `polynomial` sees the zero.
         if best == 0.0:
             continue
         if pivot_row != m:
@@ -155,7 +157,7 @@ def hessenberg(a: ComplexArray) -> None:
                     a[k, m] += y * a[k, i]
 
 
-@nb.njit(cache=True, nogil=True)
+@inner_njit(cache=True, nogil=True)
 def polynomial(h: ComplexArray, p: ComplexArray, coefficient: ComplexArray) -> int:
     """Write the coefficients of det(I + s h), h upper Hessenberg, by the recurrence over leading minors; return the degree."""
     n = h.shape[0]
@@ -180,12 +182,14 @@ def polynomial(h: ComplexArray, p: ComplexArray, coefficient: ComplexArray) -> i
         coefficient[d] = p[n, d]
         largest = max(largest, abs(p[n, d]))
     degree = n
+    # At s <= 1 a term so small is below rounding of the largest, and a leading coefficient of nothing but rounding would
+    # put roots far out into Newton's way.
     while degree > 1 and abs(coefficient[degree]) < 1e-17 * largest:
         degree -= 1
     return degree
 
 
-@nb.njit(cache=True, nogil=True)
+@inner_njit(cache=True, nogil=True)
 def horner(c: ComplexArray, degree: int, s: complex) -> tuple[complex, complex]:
     """Return the value and derivative of the polynomial at s."""
     value, slope = c[degree], 0.0 + 0.0j
@@ -209,11 +213,13 @@ def _hill_node(theta: float, turning: Turning, green: Green, room: Room, coeffic
     return polynomial(room.work, room.minors, coefficient)
 
 
-@nb.njit(cache=True, nogil=True)
+@inner_njit(cache=True, nogil=True)
 def factor_at(theta: float) -> complex:
     """Return nu, by which one period multiplies the vibration; just -1 at theta = pi, where the determinant is real."""
     nu = np.exp(-1j * theta)
     if abs(theta - math.pi) < 1e-14:
+        # The rounding of exp(-i pi) would give the determinant an imaginary part, and flips are found by the sign of the
+        # real one.
         nu = -1.0 + 0.0j
     return nu
 
@@ -236,7 +242,7 @@ def node_address(*, hill: bool = False) -> int:
     return address_of(_hill_node if hill else _green_node, _node_kinds())
 
 
-@nb.njit(cache=True, nogil=True)
+@inner_njit(cache=True, nogil=True)
 def root(c: ComplexArray, degree: int, guess: complex) -> complex:
     """Return Newton's root of the polynomial near a guess."""
     s = guess
@@ -245,6 +251,7 @@ def root(c: ComplexArray, degree: int, guess: complex) -> complex:
         if slope == 0.0:
             break
         step = value / slope
+        # Near a double root the slope is small and a full step would leave for another root.
         if abs(step) > 0.3 * (abs(s) + 1e-3):
             step *= 0.3 * (abs(s) + 1e-3) / abs(step)
         s -= step
@@ -253,7 +260,7 @@ def root(c: ComplexArray, degree: int, guess: complex) -> complex:
     return s
 
 
-@nb.njit(cache=True, nogil=True)
+@inner_njit(cache=True, nogil=True)
 def polish(within: tuple[float, float], theta: float, guess: complex, turning: Turning, green: Green, room: Room,
            c: ComplexArray) -> tuple[float, float, int, bool]:
     """Return a crossing (theta, s, sense, ok): theta where the root s(theta) is real, by the secant rule between two thetas."""
@@ -262,6 +269,7 @@ def polish(within: tuple[float, float], theta: float, guess: complex, turning: T
     t0 = theta
     degree = node_at(green.node, (t0, turning, green, room, c))
     s0 = root(c, degree, guess)
+    # The secant rule needs a second place; it stays inside, as beyond the interval another root may be the nearest.
     t1 = t0 + 1e-4 * span if t0 + 1e-4 * span <= theta_b else t0 - 1e-4 * span
     s1 = s0
     slope = 0.0
@@ -281,12 +289,13 @@ def polish(within: tuple[float, float], theta: float, guess: complex, turning: T
         t1 = t1 + step
         if t1 < 0.0 or t1 > 2 * math.pi:
             return t1, s1.real, 0, False
+    # A thousand times the target: roots of a polynomial of degree 50 are not known better where two of them are close.
     good = abs(s1.imag) < 1e-9 * abs(s1) and s1.real > 0
     # 1/s is an eigenvalue of -M: Im(1/s) falling with theta means Im s rising, and the count grows with depth.
     return t1, s1.real, 2 if slope > 0 else -2, good
 
 
-@nb.njit(cache=True, nogil=True)
+@inner_njit(cache=True, nogil=True)
 def put_point(points: Array, p: int, s: float, theta: float, change: float, error: float) -> None:
     """Write a boundary point whose slope is not known."""
     points[p].s, points[p].theta, points[p].change, points[p].error = s, theta, change, error

@@ -223,6 +223,7 @@ def _end_at_resolved(points: Array, number: Array, i: int, resolved: float) -> N
     """Take depths above s = `resolved`, which the scan could not resolve, as unstable, with the whole gap as error."""
     if points["change"][:number[i]].sum() > 0 or number[i] >= points.size:
         return
+    # A pair at no angle in particular: what crosses there is not known, only that nothing above is judged.
     points[number[i]] = (max(resolved, 1e-9), np.pi / 2, 2, 1 - resolved, 0)
     number[i] += 1
 
@@ -258,6 +259,7 @@ def _is_within_tolerance(points: Array, tolerance: float) -> bool:
     # Where a further multiplier leaves or returns beyond the first, the cut is unstable on both sides: such points may be
     # coarse.
     matters = (after == 0) | (after - change == 0)
+    # A negative count is no count: points were missed or counted twice.
     return bool((error[matters] <= tolerance * s[matters] + 1e-14).all() and (after >= 0).all())
 
 
@@ -302,6 +304,7 @@ def _strongest_harmonic(problem: MillingProblem, speeds: FloatArray, theta: Floa
     if theta.size == 0:
         return theta
     period = problem.tooth_period(speeds)
+    # A line above the highest mode answers ever less: 1.3 times it holds every maximum of the response.
     order_max = int(np.ceil(1.3 * problem.plane.span[1] * period.max())) + 2
     f = (theta[:, None] / (2 * np.pi) + np.arange(-min(order_max, 400), min(order_max, 400) + 1)) / period[:, None]
     if problem.depends_on_speed:

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from typing import Any
 
-import numba as nb
 import numpy as np
 
 from toolpoint._check import Array, ComplexArray, FloatArray, IndexArray
+from toolpoint._inner_kernels import inner_njit
 from toolpoint.cutting.stability.floquet.records import ArcSet, Turning
 from toolpoint.cutting.stability.sorting import sort
 
@@ -20,7 +20,7 @@ MAX_KEPT_NODES = 250  # theta nodes kept for a near problem
 MAX_MOVED_POLE_FRACTION = 0.2  # of the poles: where more have moved, a cold start is cheaper
 
 
-@nb.njit(cache=True, nogil=True)
+@inner_njit(cache=True, nogil=True)
 def plain_step(a: complex, b: complex, cosine: float = LARGEST_STEP_COSINE) -> bool:
     """Whether the phase step from a to b is below 1.2 rad (or another angle's cosine)."""
     dot = a.real * b.real + a.imag * b.imag
@@ -28,7 +28,7 @@ def plain_step(a: complex, b: complex, cosine: float = LARGEST_STEP_COSINE) -> b
     return dot > 0.0 and dot * dot >= cosine * cosine * size
 
 
-@nb.njit(cache=True, nogil=True)
+@inner_njit(cache=True, nogil=True)
 def first_bad(a: ComplexArray, b: ComplexArray, usable: int, last: bool, cosine: float = LARGEST_STEP_COSINE) -> int:
     """Return the first level at which the phase step is not plain, -1 if none (the value at theta = pi is real)."""
     for l in range(usable):
@@ -38,18 +38,19 @@ def first_bad(a: ComplexArray, b: ComplexArray, usable: int, last: bool, cosine:
     return -1
 
 
-@nb.njit(cache=True, nogil=True)
+@inner_njit(cache=True, nogil=True)
 def loops(nodes: ArcSet, turning: Turning, hint_s: FloatArray, out: ComplexArray) -> None:
     """Write for every pole how large a loop it makes in the determinant at the largest depth, as a complex number."""
     pairs, weight = nodes.pairs, nodes.weight
     for r in range(out.size):
         total = 0.0 + 0.0j
         for j in range(weight.size):
+            # The trace: of one dominant mode the matrix has rank one, and its only eigenvalue is that.
             total += weight[j] * pairs[r, j, j]
         out[r] = 2 * turning.w_max * total / (turning.omega * hint_s[r] * turning.period)
 
 
-@nb.njit(cache=True, nogil=True)
+@inner_njit(cache=True, nogil=True)
 def first_nodes(base: int, hint_w: FloatArray, hint_s: FloatArray, loop: ComplexArray, period: float, kept_nodes: FloatArray,
                 last_poles: Array) -> FloatArray:
     """Return the sorted theta nodes of a first scan.
@@ -77,8 +78,10 @@ def first_nodes(base: int, hint_w: FloatArray, hint_s: FloatArray, loop: Complex
         if half > MAX_NARROW_HALF_WIDTH:
             use_base = True
             continue
+        # A resonance turns the phase by half a turn within a few half widths: five places leave steps below 1.2 rad.
         for x in (-3.0, -1.0, 0.0, 1.0, 3.0):
             y = (t + x * half) % (2 * math.pi)
+            # The determinant at 2 pi - theta is the conjugate: half of the circle is all.
             if y > math.pi:
                 y = 2 * math.pi - y
             out[n] = y
@@ -90,14 +93,16 @@ def first_nodes(base: int, hint_w: FloatArray, hint_s: FloatArray, loop: Complex
     sort(out[:n])
     keep = 1
     for i in range(1, n):
+        # A node costs a Hessenberg form; two that coincide would tell the same.
         if out[i] - out[keep - 1] > 1e-9:
             out[keep] = out[i]
             keep += 1
+    # Flips are decided there, so the last node is pi to the last digit.
     out[keep - 1] = math.pi
     return out[:keep]
 
 
-@nb.njit(cache=True, nogil=True)
+@inner_njit(cache=True, nogil=True)
 def are_far(hint_w: FloatArray, hint_s: FloatArray, loop: ComplexArray, period: float, last_poles: Array) -> bool:
     """Whether most poles are no longer as they were when last looked at: then a cold start is cheaper."""
     moved = 0
@@ -107,7 +112,7 @@ def are_far(hint_w: FloatArray, hint_s: FloatArray, loop: ComplexArray, period: 
     return moved > MAX_MOVED_POLE_FRACTION * hint_w.size
 
 
-@nb.njit(cache=True, nogil=True)
+@inner_njit(cache=True, nogil=True)
 def is_near(last_pole: Any, t: float, half: float, loop: complex) -> bool:
     """Whether a pole is still much as it was when nodes were last laid about it."""
     gap = abs(t - last_pole.theta)
@@ -117,7 +122,7 @@ def is_near(last_pole: Any, t: float, half: float, loop: complex) -> bool:
             and change <= 0.3 * abs(last_pole.loop) + 0.1)
 
 
-@nb.njit(cache=True, nogil=True)
+@inner_njit(cache=True, nogil=True)
 def keep_nodes(theta: FloatArray, order: IndexArray, used: int, at_levels: ComplexArray, usable: int, base: int,
                out: FloatArray) -> int:
     """Write the nodes that a near problem can begin with: as few as leave plain steps, and no bend of the values out.
@@ -140,7 +145,7 @@ def keep_nodes(theta: FloatArray, order: IndexArray, used: int, at_levels: Compl
     return number
 
 
-@nb.njit(cache=True, nogil=True)
+@inner_njit(cache=True, nogil=True)
 def straight(theta: FloatArray, order: IndexArray, a: int, b: int, used: int, at_levels: ComplexArray, usable: int) -> bool:
     """Whether the nodes between places a and b can be left out."""
     va, vb = at_levels[order[a]], at_levels[order[b]]

@@ -17,6 +17,7 @@ import numba as nb
 import numpy as np
 
 from toolpoint._check import Array, ComplexArray, FloatArray, IndexArray
+from toolpoint._inner_kernels import inner_njit
 from toolpoint.cutting.stability.floquet.counts import (
     add_flips,
     count_at,
@@ -43,7 +44,7 @@ from toolpoint.cutting.stability.floquet.track import track
 from toolpoint.cutting.stability.levels import FRACTIONS_ABOVE_ROOT, FRACTIONS_BELOW_ROOT
 
 
-@nb.njit(cache=True, nogil=True)
+@inner_njit(cache=True, nogil=True)
 def values_at(c: ComplexArray, degree: int, levels: FloatArray, out: ComplexArray) -> None:
     """Write the polynomial at all levels."""
     for l in range(levels.size):
@@ -55,7 +56,7 @@ def values_at(c: ComplexArray, degree: int, levels: FloatArray, out: ComplexArra
         out[l] = complex(re, im)
 
 
-@nb.njit(cache=True, nogil=True)
+@inner_njit(cache=True, nogil=True)
 def insert(order: IndexArray, used: int, new: int, place: int) -> None:
     """Put node `new` after position `place` of the order."""
     for k in range(used, place + 1, -1):
@@ -63,7 +64,7 @@ def insert(order: IndexArray, used: int, new: int, place: int) -> None:
     order[place + 1] = new
 
 
-@nb.njit(cache=True, nogil=True)
+@inner_njit(cache=True, nogil=True)
 def real_root(c: ComplexArray, degree: int, a: float, b: float) -> float:
     """Return the root of the real part between a and b by bisection (its sign differs there)."""
     fa = horner(c, degree, a)[0].real
@@ -131,7 +132,7 @@ def scan(turning: Turning, coarse: ArcSet, fine: ArcSet, levels: FloatArray, bas
     return number, status, resolved
 
 
-@nb.njit(cache=True, nogil=True)
+@inner_njit(cache=True, nogil=True)
 def lay_nodes(table: ThetaTable, start: FloatArray, at_levels: ComplexArray, levels: FloatArray, turning: Turning, green: Green,
               room: Room) -> tuple[int, int, int]:
     """Fill the table with the first theta nodes, and with nodes between them until every phase step is plain at every level;
@@ -152,6 +153,8 @@ def lay_nodes(table: ThetaTable, start: FloatArray, at_levels: ComplexArray, lev
             continue
         # Steps that stay wild on ever shorter intervals are rounding noise: such depths are beyond double precision.
         if theta[j] - theta[i] < 1e-8 or used >= MAX_NODES - 2 * MAX_POINTS:
+            # Growth with depth makes the deepest levels wild first: where nodes run out, giving up a quarter of them is
+            # tried before all.
             usable = bad if theta[j] - theta[i] < 1e-8 else min(bad, (3 * usable) // 4)
             status = 1
             if usable == 0:
@@ -165,7 +168,7 @@ def lay_nodes(table: ThetaTable, start: FloatArray, at_levels: ComplexArray, lev
     return used, usable, status
 
 
-@nb.njit(cache=True, nogil=True)
+@inner_njit(cache=True, nogil=True)
 def boundaries(table: ThetaTable, used: int, levels: FloatArray, counts: IndexArray, turning: Turning, green: Green, room: Room,
                points: Array) -> tuple[int, int]:
     """Write every change of the count between levels, narrowed by bisection and polished; returns (number, status)."""
@@ -192,6 +195,8 @@ def boundaries(table: ThetaTable, used: int, levels: FloatArray, counts: IndexAr
             s = real_root(c[flip], degree[flip], a, b)
             count_below, _ = count_at(table, used, s * (1 - 1e-9))
             count_above, _ = count_at(table, used, s * (1 + 1e-9))
+            # A pair crosses so near that a part in 1e9 beside the flip does not tell them apart: the cell's own change is
+            # taken.
             if (count_above - count_below) % 2 == 0 or abs(count_above - count_below) > 2:
                 count_above, count_below = (n_b, na) if abs(n_b - na) == 1 else (na + 1, na)
             put_point(points, number, s, math.pi, float(count_above - count_below), 0.0)
@@ -202,10 +207,12 @@ def boundaries(table: ThetaTable, used: int, levels: FloatArray, counts: IndexAr
         ta, tb = theta[order[place]], theta[order[place + 1]]
         end = tb
         if place == used - 2:
+            # The last interval is mirrored at pi, so that a pair that meets there is between the two thetas, not at an end.
             end = 2 * math.pi - ta
         t, s, _, ok = polish((ta, end), 0.5 * (ta + tb), complex(m, 0.0), turning, green, room, c[used])
         if t > math.pi:
             t = 2 * math.pi - t
+        # The secant rule may have gone to another crossing, which its own cell will give: only one of this cell counts.
         inside = ok and a < s < b and ta - 0.5 * (tb - ta) <= t <= tb + 0.5 * (tb - ta) and t > 0 and t < math.pi
         if inside:
             position = int(0)  # noqa: RUF046, UP018
@@ -225,6 +232,7 @@ def boundaries(table: ThetaTable, used: int, levels: FloatArray, counts: IndexAr
             size = split(stack, size, (a, na), (s * (1 - 1e-7), count_below), FRACTIONS_BELOW_ROOT, table, used)
             size = split(stack, size, (s * (1 + 1e-7), count_above), (b, n_b), FRACTIONS_ABOVE_ROOT, table, used)
             continue
+        # As narrow as the polished points are exact: further halving would not separate what is left.
         if b - a < 1e-7 * b:
             put_point(points, number, m, 0.5 * (ta + tb), float(n_b - na), b - a)
             number += 1
@@ -235,7 +243,7 @@ def boundaries(table: ThetaTable, used: int, levels: FloatArray, counts: IndexAr
     return number, status
 
 
-@nb.njit(cache=True, nogil=True)
+@inner_njit(cache=True, nogil=True)
 def improve(points: Array, fine: ArcSet, turning: Turning) -> None:
     """Solve every point again with more nodes on the arc; the difference is its error."""
     green, room = green_at(turning, fine), room_of(fine)
@@ -247,6 +255,7 @@ def improve(points: Array, fine: ArcSet, turning: Turning) -> None:
             new = root(c, degree, complex(s, 0.0)).real
             ok = True
         else:
+            # The finer nodes move a point by far less; a wider span could reach the mirror image beyond 0 or pi.
             span = min(2e-2, 0.2 * t, 0.2 * (math.pi - t))
             t, new, _, ok = polish((t - span, t + span), t, complex(s, 0.0), turning, green, room, c)
             if t > math.pi:
@@ -262,7 +271,7 @@ def improve(points: Array, fine: ArcSet, turning: Turning) -> None:
 @nb.njit(cache=True, nogil=True)
 def scan_many(periods: FloatArray, omegas: FloatArray, w_max: float, poles: ComplexArray, sets: tuple[ArcSet, ArcSet],
               levels: FloatArray, base: int, points: Array, memory: ScanMemory) -> tuple[IndexArray, IndexArray, FloatArray]:
-    """Return the scan all speeds; `points` (n, MAX_POINTS) are written, sets = (coarse, fine), `memory` has a leading axis over
+    """Scan all speeds; `points` (n, MAX_POINTS) are written, sets = (coarse, fine), `memory` has a leading axis over
     speeds.
 
     Returns (number of points, status, largest s resolved) of every speed.

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import math
 
-import numba as nb
 import numpy as np
 
 from toolpoint._check import Array, ComplexArray
+from toolpoint._inner_kernels import inner_njit
 from toolpoint.cutting.stability.floquet.kernels import green_at, node_at, put_point, room_of, root
 from toolpoint.cutting.stability.floquet.records import ArcSet, Green, Room, Turning
 
 DETERMINANT_ROUNDING = 2e-10  # relative, of the determinant
 
 
-@nb.njit(cache=True, nogil=True)
+@inner_njit(cache=True, nogil=True)
 def follow(theta: float, guess: complex, slope: complex, turning: Turning, green: Green, room: Room,
            c: ComplexArray) -> tuple[float, float, complex, bool]:
     """Return the crossing near (theta, guess) by the secant rule on Im s: (theta, s, ds/dtheta, whether it is there).
@@ -27,10 +27,12 @@ def follow(theta: float, guess: complex, slope: complex, turning: Turning, green
     if slope.imag == 0.0:
         t1 = t0 + 1e-4
     else:
+        # A slope kept from the pose before may be off where two roots come close: no step leaves the neighbourhood.
         t1 = t0 - max(-0.1, min(0.1, s0.imag / slope.imag))
     for _ in range(8):
         if abs(s0.imag) < 1e-12 * abs(s0) and slope.imag != 0.0:
             return t0, s0.real, slope, s0.real > 0
+        # At 0 and pi a pair becomes two real multipliers: that is another kind of point, and the count is taken anew.
         if t1 == t0 or not 1e-9 < t1 < math.pi - 1e-9:
             break
         degree = node_at(green.node, (t1, turning, green, room, c))
@@ -45,7 +47,7 @@ def follow(theta: float, guess: complex, slope: complex, turning: Turning, green
     return t0, s0.real, slope, False
 
 
-@nb.njit(cache=True, nogil=True)
+@inner_njit(cache=True, nogil=True)
 def track(previous: Array, coarse: Green, coarse_room: Room, coarse_c: ComplexArray, fine: ArcSet, turning: Turning,
           points: Array) -> int:
     """Follow the known points to this problem on the fine nodes; the change on the coarse ones is the error.
@@ -75,10 +77,12 @@ def track(previous: Array, coarse: Green, coarse_room: Room, coarse_c: ComplexAr
         if s >= 1.0:
             continue
         for other in range(number):
+            # Two points that ran into one: one of them is lost, so all are.
             if abs(points[other].s - s) < 1e-7 * s and abs(points[other].theta - t) < 1e-7:
                 return -1
         degree = node_at(coarse.node, (t, turning, coarse, coarse_room, coarse_c))
         gap = root(coarse_c, degree, complex(s, 0.0)) - s
+        # The coarse root at this theta is not real; along ds/dtheta its crossing lies where the imaginary part vanishes.
         shift = gap.real if t == math.pi else gap.real - slope.real / slope.imag * gap.imag
         if not abs(shift) < 0.1 * s:
             return -1

@@ -75,6 +75,7 @@ def periods(problem: MillingProblem) -> int:
 def hill_cut(problem: MillingProblem, depth: float, order_max: int) -> HillCut:
     """Return the Fourier coefficients of the cut at this depth (m) up to order `order_max` of the period."""
     tool, number = problem.tool, periods(problem)
+    # A regular tool repeats every tooth: all orders but multiples of the teeth cancel.
     order = number * np.arange(order_max + 1)
     start = np.concatenate([[0.0], np.cumsum(tool.pitch)[:-1]])
     slope = 2 * np.tan(np.asarray(tool.helix)) / tool.diameter
@@ -188,6 +189,7 @@ def _edge_slices(problem: MillingProblem, depth: float, slope: float, highest: i
         if keep.any():
             parts.append(Slices(c * (1 - np.cos(kappa[keep])), kappa[keep], entry[keep], leave[keep], c * width[keep]))
     if depth > c:
+        # A Gauss rule carries a wave with about 0.5 nodes a radian of its phase on both sides of 0; 14 more reach rounding.
         x, w, _ = gauss(1 if slope == 0 else 14 + int(np.ceil(0.27 * highest * slope * (depth - c))))
         part = np.ones(1)
         parts.append(Slices(c + (depth - c) * (1 + x) / 2, np.pi / 2 * part, arc.entry * part, arc.exit * part,

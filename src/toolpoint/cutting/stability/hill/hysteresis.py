@@ -66,6 +66,7 @@ def _lead_points(problem: MillingProblem, chart: StabilityChart, index: int) -> 
     rows = []
     for p in chart.points(index).tolist():
         row = _root_near(system, chart, p)
+        # Had one point no root near, the response has other lobes than its equivalent: following the rest would miss some.
         if row is None:
             return _solve_again(problem, speed, chart.depth_max)
         rows.append(row)
@@ -87,6 +88,7 @@ def _count_after(chart: StabilityChart, index: int) -> int:
 def _root_near(system: HillSystem, chart: StabilityChart, point: int) -> Row | None:
     """Return (depth, theta, frequency, change, error) of the root that a point leads to, None where there is no such root."""
     start, theta, change = float(chart.depth[point]), float(chart.theta[point]), int(chart.change[point])
+    # A flip or fold stays at its angle: led as a pair it would split into two points beside it.
     real_angle = np.pi * round(theta / np.pi)
     is_real = abs(theta - real_angle) < REAL_ANGLE_TOLERANCE
     root = system.root(real_angle if is_real else theta, start, real=is_real)

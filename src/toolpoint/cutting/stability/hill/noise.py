@@ -16,7 +16,6 @@ from toolpoint._check import ComplexArray, FloatArray
 from toolpoint.cutting.cut.interpolation import interpolation
 from toolpoint.cutting.cut.plane import PlaneDynamics
 
-NORMAL_95 = 1.96  # standard deviations of half a 95 % interval
 # Differences of lines, of sixth order and of fourth, over the same seven lines. A resonance four lines wide leaves 0.6 % of
 # itself in the sixth.
 SIXTH_DIFFERENCE = np.array([1.0, -6.0, 15.0, -20.0, 15.0, -6.0, 1.0])

@@ -153,6 +153,8 @@ def first_nodes(system: HillSystem, base: int) -> FloatArray:
     for middle, half in zip(f, width):
         turn, spread = 2 * np.pi * middle * system.period, 2 * np.pi * half * system.period
         if spread < spacing:
+            # A resonance wider than the even spacing is resolved by it; a narrow one turns the phase within a few half
+            # widths.
             around = (turn + spread * np.array([-2.5, -0.8, 0.0, 0.8, 2.5])) % (2 * np.pi)
             nodes.append(np.where(around > np.pi, 2 * np.pi - around, around))
             # Nodes of a resonance far narrower than the spacing stay: between two others its turn of the phase is not seen.
@@ -312,9 +314,11 @@ class HillSearch:
         """Return the root at theta = 0 or pi between two depths, None where the determinant keeps its sign."""
         from scipy.optimize import brentq
 
+        # At no depth the determinant is one and its logarithm has no slope to begin with.
         lower = max(a, 1e-9 * b)
         if (self.system.sign(theta, lower) > 0) == (self.system.sign(theta, b) > 0):
             return None
+        # A rough bracket is enough: Newton's method on the eigenvalue goes on from there.
         depth = float(brentq(lambda w: self.system.sign(theta, w), lower, b, xtol=1e-6 * b, rtol=1e-6))
         root = self.system.root(theta, depth, real=True)
         return root if root is not None and lower < root.depth < b else None

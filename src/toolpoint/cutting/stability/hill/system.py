@@ -8,10 +8,11 @@ import numpy as np
 from scipy.linalg.lapack import zgetrf, zgetrs
 
 from toolpoint._check import Array, ComplexArray, FloatArray
+from toolpoint._rounding import NORMAL_QUANTILE_95
 from toolpoint.cutting.cut.problem import MillingProblem
 from toolpoint.cutting.stability.hill.fourier import HillCut, hill_cut, is_plain, periods, range_of_forces
 from toolpoint.cutting.stability.hill.kernels import fill_blocks
-from toolpoint.cutting.stability.hill.noise import NORMAL_95, depth_variance
+from toolpoint.cutting.stability.hill.noise import depth_variance
 from toolpoint.cutting.stability.hill.response import HarmonicResponse
 
 ROUNDING_ERROR_RATIO = 1e-9  # error of a depth by rounding, over that depth
@@ -80,6 +81,7 @@ class HillSystem:
         self.problem, self.response, self.is_linear = problem, response, is_plain(problem)
         self.omega = 2 * np.pi * speed / 60  # rad/s of the spindle
         self.period = 60 / (periods(problem) * speed)
+        # Rounded to the nearest: with theta in -pi .. pi a harmonic lies up to half an order on either side of its number.
         self.order_max = int(np.floor(response.frequency_max * self.period + 0.5))
         self.harmonics = np.arange(-self.order_max, self.order_max + 1)
         self.directions = _chip_directions(problem, response)
@@ -211,6 +213,7 @@ class HillSystem:
                 return replace(state, step=abs(ddepth))
             if not within[0] - margin < depth + ddepth < within[1] + margin:
                 return None
+            # Beyond a few tenths the linearisation tells nothing: an unbounded first step would end at another lobe's root.
             theta += float(np.clip(dtheta, -0.3, 0.3))
             depth += float(np.clip(ddepth, -0.3 * depth, 0.3 * depth))
             if not -0.3 < theta < np.pi + 0.3:
@@ -243,6 +246,8 @@ class HillSystem:
         elif renewed or last is None:
             by_depth = slope(self.matrix(theta, self.cut(depth * (1 + DERIVATIVE_STEP))), DERIVATIVE_STEP * depth)
         else:
+            # Near the root the derivative hardly changes, and Newton's method only converges a little more slowly with an
+            # old one.
             by_depth = last.by_depth
         return Root(theta, depth, left, right, by_theta, by_depth, 0.0, real), value
 
@@ -306,7 +311,7 @@ class HillSystem:
                                                      kept_lines=kept_lines)
                                       for kept_lines in (None, *(slice(first, None, 2) for first in KEPT_FIRST_LINES)))
         # Limits of draws hold their noise: stated here too, it would count twice.
-        noise = 0.0 if plane.draws is not None else NORMAL_95 * float(np.sqrt(variance_of_depth))
+        noise = 0.0 if plane.draws is not None else NORMAL_QUANTILE_95 * float(np.sqrt(variance_of_depth))
         return noise, halved
 
     def _extend_vectors(self, root: Root, wide_harmonics: Array) -> tuple[ComplexArray, ComplexArray]:

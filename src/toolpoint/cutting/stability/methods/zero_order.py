@@ -249,6 +249,7 @@ class Curves:
 
 
 def _invert(values: ComplexArray) -> ComplexArray:
+    # A direction in which no force acts has an eigenvalue of rounding, whose inverse would be a limit of 1e13.
     zero = np.abs(values) <= 1e-13 * np.abs(values).max(initial=0.0)
     return np.where(zero, np.nan, 1 / np.where(zero, 1, values))
 

@@ -8,6 +8,7 @@ import numba as nb
 import numpy as np
 
 from toolpoint._check import ComplexArray, FloatArray
+from toolpoint._inner_kernels import inner_njit
 from toolpoint.cutting.stability.panels.eigenvalues import eigenvalues
 from toolpoint.cutting.stability.panels.kernels import SUMS, advance, product
 from toolpoint.cutting.stability.panels.records import PeriodOperator
@@ -17,7 +18,7 @@ MAX_RESIDUAL_RATIO = 1e-4  # of a multiplier's distance from the unit circle: a 
 OVERFLOW_MARK = -1  # in place of a number of vectors, where the cut grows beyond double precision
 
 
-@nb.njit(cache=True, nogil=True, fastmath=SUMS)
+@inner_njit(cache=True, nogil=True, fastmath=SUMS)
 def sweep(basis: FloatArray, count: int | np.int64, y: FloatArray, dots: FloatArray) -> float:
     """Orthogonalise y against the first `count` rows of a basis (classical Gram-Schmidt); return the remaining length of y."""
     product(basis, y, y.size, dots[:count])
@@ -85,6 +86,7 @@ def ritz(h: FloatArray, n: int, value: complex, basis: FloatArray, out: FloatArr
         for j in range(k, n):
             total += h[k, j] * y[j]
         y[k - 1] = -total / h[k, k - 1]
+        # Far from an eigenvalue of the leading block the recursion grows by orders a step; only the direction is wanted.
         if abs(y[k - 1]) > 1e100:
             for j in range(k - 1, n):
                 y[j] *= 1e-100
@@ -95,9 +97,13 @@ def ritz(h: FloatArray, n: int, value: complex, basis: FloatArray, out: FloatArr
     for i in range(out.size):
         out[i] = 0.0
     for k in range(n):
+        # Any real combination of a complex pair lies in its invariant plane; as the last component of y is real, this one
+        # cannot vanish.
         f = (y[k].real + y[k].imag) / norm
         for i in range(out.size):
             out[i] += f * basis[k, i]
+    # In an Arnoldi relation all that the map adds beyond the basis goes through the last component: no further product is
+    # needed.
     return h[n, n - 1] * abs(y[n - 1]) / norm
 
 
@@ -115,6 +121,7 @@ def leading_eigenvalues(basis: FloatArray, h: FloatArray, vector: FloatArray, *,
     have, vectors_max = 0, h.shape[1]
     step = min(vectors_max, step)
     while True:
+        # `extend` adds to h sweep by sweep, and the room still holds the depth before.
         h[:step + 1, have:step] = 0.0
         h[have + 1:step + 1, :have] = 0.0
         now = extend(basis, h, have, step, operator, weight)
@@ -126,8 +133,10 @@ def leading_eigenvalues(basis: FloatArray, h: FloatArray, vector: FloatArray, *,
         sort_by_size(values)
         leading = complex(values[0])
         size, residual = abs(leading), ritz(h, now, leading, basis, vector)
+        # A multiplier of a thousandth is deeply stable: more digits of it would cost vectors and change no verdict.
         good = residual < abs(accuracy) * max(size, 1e-3) or (
             accuracy < 0 and residual < MAX_RESIDUAL_RATIO * abs(size - 1) and residual < MAX_RESIDUAL_RATIO * size)
+        # Fewer vectors than asked for span an invariant subspace: its eigenvalues are exact, and none could be added.
         if good or now < step or step == vectors_max:
             return now, values
         have, step = now, min(vectors_max, step + increment)

@@ -32,9 +32,12 @@ def decay_between_cuts(cutting: Array, border: FloatArray, slowest: float) -> fl
 def balance(cutting: Array, border: FloatArray, time: FloatArray, *, exponent: float, size: int, states: int) -> FloatArray:
     """Return the diagonal of W: for every node (time, s; `size` directions each) and the `states` at the end of the period.
 
+    cutting (p,) : panels that cut; border (p + 1,) : their ends, s; exponent : of the growth over all of the cut.
+
     It grows by `exponent` over the time in cut, and stays as it is between cuts.
     """
     lengths = np.where(cutting, np.diff(border), 0.0)
+    # W grows in cut alone: between cuts the free decay is what the growth is to make up for.
     share = np.concatenate([[0.0], np.cumsum(lengths)]) / max(lengths.sum(), 1e-300)
     nodes = np.exp(exponent * np.interp(time, border, share))
     return np.concatenate([np.repeat(nodes, size), np.full(states, np.exp(exponent))])

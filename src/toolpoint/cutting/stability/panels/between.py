@@ -16,7 +16,7 @@ from toolpoint.cutting.stability.panels.bumps import Level, predict_meeting
 MEETING_ROUNDS = 5  # of looking for meetings of multipliers between levels
 MAX_TANGENT_DIVISIONS = 4  # times that the stretch between two levels is divided by tangents
 SLOPE_STEP_FRACTION = 0.02  # of a stretch, for the slopes at its ends
-LEFT_LEAD = 1.5  # on the growth that a tangent has to gain in a stretch to lead beyond the circle well before its end
+LEFT_LEAD = 1.5  # factor by which a tangent must gain more than the distance from the circle, to cross it well within a stretch
 Look = Callable[[float], Level]
 
 
@@ -27,6 +27,8 @@ def changes_of_sign(levels: list[Level]) -> list[tuple[Level, Level]]:
 
 def refine_levels(levels: list[Level], look: Look) -> list[Level]:
     """Return the levels and those between them at which the verdict may differ, by depth."""
+    # Tangents cost two more multipliers a pair. They are spent only where the circle is no farther away than growth changes
+    # from level to level nearby, with half as much again in hand.
     jumps = np.abs(np.diff([level.growth for level in levels]))
     near_circle = [(a, b) for i, (a, b) in enumerate(pairwise(levels))
                    if min(abs(a.growth), abs(b.growth)) < 1.5 * jumps[max(i - 1, 0):i + 2].max()]
@@ -88,6 +90,7 @@ def _tangent_crossing(a: Level, b: Level, look: Look) -> float | None:
     right = sign * (b.growth - look(b.depth - step).growth) / step
     if right >= 0:  # rises at both ends: it fell between where the first tangent leads beyond the circle before the second end
         return a.depth - ga / left if left * width > LEFT_LEAD * -ga else None
+    # The crossing of both tangents; a tenth of the stretch from its ends, where the next look would tell nothing new.
     w = (gb - ga + left * a.depth - right * b.depth) / (left - right)
     return min(max(w, a.depth + 5 * step), b.depth - 5 * step)
 

@@ -33,8 +33,11 @@ class Level:
         """Return the level of these multipliers, largest first."""
         leading = complex(values[0])
         growth = float(np.log(max(abs(leading), 1e-300)))
+        # Rounding gives real multipliers an imaginary part of 1e-15 or so, near a meeting its square root, 1e-8 of a pair:
+        # what is below is real.
         if abs(leading.imag) > 1e-9 * abs(leading):
             return cls(depth, growth, growth, leading.real / abs(leading))
+        # Only a real multiplier of the same sign can meet the leading one on the axis.
         others = values[1:]
         partners = np.abs(others[(np.abs(others.imag) <= 1e-9 * np.abs(others)) & (others.real * leading.real > 0)])
         if partners.size == 0:
@@ -69,6 +72,8 @@ def _continue_cosine(a: Level, b: Level, anchor: Level, neighbour: Level | None)
     w = a.depth + (b.depth - a.depth) * INNER_FRACTIONS
     mean = a.mean + (b.mean - a.mean) * INNER_FRACTIONS
     cosine = anchor.cosine + (anchor.cosine - neighbour.cosine) / (anchor.depth - neighbour.depth) * (w - anchor.depth)
+    # From the stable side the danger is a pair that parts on the axis (the larger goes out); from the unstable side two
+    # real ones that join, whose mean lies inside.
     met = (np.abs(cosine) > 1) if sign > 0 else (np.abs(cosine) < 1)
     growth = sign * (mean + np.arccosh(np.maximum(np.abs(cosine), 1.0)))
     growth[~met] = -np.inf

@@ -28,6 +28,8 @@ def estimate_seconds(problem: MillingProblem, speed: float) -> float:
     vectors = MAX_BASIS_SIZE if free * float((-plane.poles.real).min()) > 2 * MAX_UNBALANCED_DECAY else USUAL_BASIS_SIZE
     pieces = (1 + 2 * tool.has_helix) * (1 + 4 * (tool.corner_radius > 0))
     unknowns = waves_of(plane, problem, speed) * arc * size
+    # A vector costs each unknown: Gram-Schmidt against the vectors before it, the delayed vibration and the panel's inverse
+    # by pieces of the edge, and the modes' state.
     each = 3 * vectors + 2 * pieces * PANEL_NODE_COUNT * size + 8 * modes
     return float(DEPTHS_PER_SPEED * vectors * unknowns * each / OPERATION_RATE)
 

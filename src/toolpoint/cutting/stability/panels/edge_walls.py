@@ -8,6 +8,7 @@ import numba as nb
 import numpy as np
 
 from toolpoint._check import FloatArray
+from toolpoint._inner_kernels import inner_njit
 from toolpoint.cutting.stability.panels.records import Walls
 
 TURN = 2 * math.pi
@@ -27,22 +28,28 @@ def place(u: float, corner: float, radius: float) -> tuple[float, float, float]:
 @nb.njit(cache=True, nogil=True)
 def limits(entry: float, leave: float, ratio: float) -> tuple[float, float]:
     """Return entry and exit at a local radius (ratio = radius / local radius): the walls of the work are planes."""
+    # Beside the corner nothing is to be computed, and arccos(cos(x)) would lose half of the digits near 0 and pi.
     if ratio == 1.0:
         return entry, leave
+    # A local radius that does not reach a wall clips to 0 or pi: it is then in cut from or to the line of feed.
     return (math.acos(max(-1.0, min(1.0, math.cos(entry) * ratio))),
             math.acos(max(-1.0, min(1.0, math.cos(leave) * ratio))))
 
 
-@nb.njit(cache=True, nogil=True)
+@inner_njit(cache=True, nogil=True)
 def beyond_walls(angle: float, slope: float, u: float, walls: Walls, out: FloatArray) -> None:
-    """Write how far the edge at u is beyond its entry and before its exit, rad; `angle` must not be wrapped within 0 .. pi."""
+    """Write how far the edge at length u (m) is beyond its entry and before its exit, rad, into out (2,).
+
+    angle : of the tip, rad, not wrapped within 0 .. pi; slope : lag over height, rad/m.
+    """
     z, _, r = place(u, walls.corner, walls.radius)
     phi = angle - slope * z
+    # The tip of a ball has no radius: the bound only keeps the quotient finite.
     a, b = limits(walls.entry, walls.leave, walls.radius / max(r, 1e-9 * walls.radius))
     out[0], out[1] = phi - a, b - phi
 
 
-@nb.njit(cache=True, nogil=True)
+@inner_njit(cache=True, nogil=True)
 def wall_length(angle: float, slope: float, span: tuple[float, float], values: tuple[float, float], wall: int, walls: Walls,
                 room: FloatArray) -> tuple[float, float]:
     """Return the edge lengths on the side of the first and of the last end of a span between which the edge meets a wall, equal
@@ -64,6 +71,7 @@ def wall_length(angle: float, slope: float, span: tuple[float, float], values: t
             c, fc, b, fb = b, fb, a, fa
         a, fa = x, fx
         best = a if abs(fa) < abs(fb) else b
+        # One unit of the last place; the second term serves a wall at the tip, u = 0.
         tolerance = 2.3e-16 * abs(best) + 1e-24
         width = abs(b - a)
         if fa == 0.0:
@@ -75,6 +83,7 @@ def wall_length(angle: float, slope: float, span: tuple[float, float], values: t
             xi, phi = (a - b) / (c - b), (fa - fb) / (fc - fb)
             if phi * phi < xi and (1 - phi) * (1 - phi) < 1 - xi:
                 share = (fa / (fb - fa)) * (fc / (fb - fc)) + (c - a) / (b - a) * (fa / (fc - fa)) * (fb / (fc - fb))
+        # A place within the tolerance of an end would be that end again, and the bracket would not shrink.
         edge = tolerance / width
         share = min(max(share, edge), 1 - edge)
     if (fa > 0) == (values[0] > 0):
@@ -82,9 +91,12 @@ def wall_length(angle: float, slope: float, span: tuple[float, float], values: t
     return b, a
 
 
-@nb.njit(cache=True, nogil=True)
+@inner_njit(cache=True, nogil=True)
 def tooth_pieces(angle: float, slope: float, marks: FloatArray, walls: Walls, out: FloatArray) -> int:
-    """Write the pieces of the edge (u from, to) in cut when its tip is at `angle`; return their number.
+    """Write the pieces of the edge (u from, to, m) in cut when its tip is at `angle` (rad) into out (pieces, 2); return their
+    number.
+
+    slope : lag over height, rad/m; marks : edge lengths between which pieces are looked for, m.
 
     Between marks entry and exit pass along the edge one way each, so each bounds a piece at one end at most.
     """

@@ -8,6 +8,7 @@ import numba as nb
 import numpy as np
 
 from toolpoint._check import ComplexArray, FloatArray
+from toolpoint._inner_kernels import inner_njit
 
 MAX_QR_SWEEPS = 40  # a row at most; usually about two
 DOUBLE_EPSILON = 2.0**-52
@@ -53,9 +54,10 @@ def eigenvalues(h: FloatArray) -> ComplexArray:
     return values
 
 
-@nb.njit(cache=True, nogil=True)
+@inner_njit(cache=True, nogil=True)
 def block_start(a: FloatArray, last: int) -> int:
     """Return the first row of the block that ends at row `last`: where the element below the diagonal is rounding."""
+    # From below: rows fall off at the end first, as the shifts are taken there.
     for k in range(last, 0, -1):
         neighbours = abs(a[k - 1, k - 1]) + abs(a[k, k])
         if abs(a[k, k - 1]) <= DOUBLE_EPSILON * (neighbours if neighbours > 0 else 1.0):
@@ -64,7 +66,7 @@ def block_start(a: FloatArray, last: int) -> int:
     return 0
 
 
-@nb.njit(cache=True, nogil=True)
+@inner_njit(cache=True, nogil=True)
 def pair_eigenvalues(a: FloatArray, k: int, scale: float) -> tuple[complex, complex]:
     """Return the eigenvalues of the block of rows k and k + 1, times `scale`."""
     half, middle = 0.5 * (a[k, k] - a[k + 1, k + 1]), 0.5 * (a[k, k] + a[k + 1, k + 1])
@@ -72,12 +74,13 @@ def pair_eigenvalues(a: FloatArray, k: int, scale: float) -> tuple[complex, comp
     if square < 0:
         root = math.sqrt(-square)
         return complex(scale * middle, scale * root), complex(scale * middle, -scale * root)
+    # The difference of two numbers nearly alike would lose digits; the other eigenvalue follows from the product.
     root = half + math.copysign(math.sqrt(square), half)  # the farther one from the second diagonal element
     other = -a[k, k + 1] * a[k + 1, k] / root if root != 0 else 0.0
     return complex(scale * (a[k + 1, k + 1] + root), 0.0), complex(scale * (a[k + 1, k + 1] + other), 0.0)
 
 
-@nb.njit(cache=True, nogil=True, fastmath={"reassoc", "contract", "nsz"})
+@inner_njit(cache=True, nogil=True, fastmath={"reassoc", "contract", "nsz"})
 def sweep(a: FloatArray, first: int, last: int, number: int) -> None:
     """Apply one double-shift sweep to the block of rows first .. last, at least three."""
     total = a[last - 1, last - 1] + a[last, last]
@@ -86,6 +89,8 @@ def sweep(a: FloatArray, first: int, last: int, number: int) -> None:
         off_diagonal = abs(a[last, last - 1]) + abs(a[last - 1, last - 2])
         total, product = 1.5 * off_diagonal + 2 * a[last, last], (a[last, last] + 0.75
                                                                   * off_diagonal) ** 2 + 0.4375 * off_diagonal * off_diagonal
+    # First column of (A - s1)(A - s2) over its common factor, the element below the diagonal: both shifts of a pair at once
+    # keep everything real.
     p = a[first, first] * (a[first, first] - total) + a[first, first + 1] * a[first + 1, first] + product
     q = a[first + 1, first] * (a[first, first] + a[first + 1, first + 1] - total)
     r = a[first + 1, first] * a[first + 2, first + 1]

@@ -68,14 +68,20 @@ class FirstLimitSearch(PanelSearch):
         frequency, change, error), none where all levels are stable."""
         step = self._step(max(FIRST_DEPTH_RATIO * expected, 1e-6 * self.depth_max))
         levels = [self._look(self._depth(step))]
+        # Upwards one step at a time: each look begins with the Ritz vector of the one before, and the panels are those of
+        # other speeds.
         while levels[-1].growth <= 0 and step < 0:
             step += 1
             levels.append(self._look(self._depth(step)))
+        # Stable bands of a helical edge come back at the axial pitch (`levels.axial_pitch`), wherever the steps lie: its
+        # sixths are levels too.
         pitch = depth_levels(self.problem, levels[-1].depth, 1, power=1.0).tolist()
         levels = _look_for_bands(self._look_below(step, levels, pitch), self._look)
+        # A bracket needs a stable end below.
         if levels[0].growth > 0:
             levels = [self._stable_level(levels[0]), *levels]
         row = self._lowest_row(levels)
+        # The last step is rounded upwards, so a root may lie above what was asked for.
         return [row] if row and row[0] <= self.depth_max else []
 
     def _step(self, depth: float) -> int:
@@ -107,6 +113,8 @@ class FirstLimitSearch(PanelSearch):
 
     def _level_at_root(self, row: tuple[float, ...]) -> Level:
         """Return the level just below a root, stable as it is known to be."""
+        # Below the root by more than its error, so that rounding cannot have made it unstable: the root was bracketed from
+        # there.
         return replace(self._look(row[0] - ROOT_DISTANCE * row[0] - 2 * row[-1]), growth=-1e-12)
 
     def _depth(self, step: int) -> float:
@@ -125,6 +133,8 @@ class FirstLimitSearch(PanelSearch):
         edge, error, mu = BRACKET_MARGIN_FRACTION * (b - a), b - a, 0j
         for extra in EXTRA_NODES:  # one step of Newton's with more nodes; how much the growth changed for them is the error
             growth, mu = self.growth(depth, extra)
+            # The root with few nodes has growth near nought there: what more nodes say instead is the error of the few, as
+            # a depth.
             step, change = growth / slope, abs(growth - growth_before) / abs(slope)
             error = change + NEWTON_CURVATURE_FACTOR * step**2 / depth + ROOT_ERROR_FLOOR * depth
             depth, growth_before = depth - step, 0.0
@@ -133,6 +143,8 @@ class FirstLimitSearch(PanelSearch):
         if not error <= self.tolerance * depth or not a - edge < depth < b + edge:
             return self._bracketed_row(lower, upper)
         theta = abs(float(np.angle(mu)))
+        # At a double real multiplier rounding of 1e-14 parts the pair by its root, 1e-7: flip and fold are real all the
+        # same.
         if abs(mu.imag) < 1e-7 * abs(mu):
             theta = np.pi if mu.real < 0 else 0.0
         return depth, theta, self._frequency(theta), 1 if theta in (0.0, np.pi) else 2, error

@@ -1,4 +1,4 @@
-r"""Compiled kernels of PanelArnoldi: the cut laid over panels of rotation, the one-period map, its Arnoldi basis.
+r"""Compiled kernels of PanelArnoldi: the cut laid over panels of rotation, and the one-period map.
 
 Over a panel the vibration is a polynomial through Gauss nodes, its equation the convolution with the modal impulse response,
 
@@ -20,6 +20,7 @@ import numba as nb
 import numpy as np
 
 from toolpoint._check import BoolArray, ComplexArray, FloatArray, IndexArray
+from toolpoint._inner_kernels import inner_njit
 from toolpoint.cutting.stability.panels.edge_walls import TURN, tooth_pieces
 from toolpoint.cutting.stability.panels.records import (
     EdgeLaw,
@@ -63,7 +64,7 @@ def directions_of(s: float, c: float, leaning: tuple[float, float], law: EdgeLaw
             drag[a, b] = (n[a] + law.friction * t[a]) * n[b]
 
 
-@nb.njit(cache=True, nogil=True)
+@inner_njit(cache=True, nogil=True)
 def lay(angle: FloatArray, edges: EdgeLines, walls: Walls, law: EdgeLaw, gx: FloatArray, gw: FloatArray, laid: LaidCut) -> int:
     """Lay the cut on nodes at these angles: `laid` (`LaidCut`) is filled, gx and gw the Gauss rule along a piece of the edge.
 
@@ -98,6 +99,8 @@ def lay(angle: FloatArray, edges: EdgeLines, walls: Walls, law: EdgeLaw, gx: Flo
                         if used >= matrix.shape[0]:
                             return -1
                         delay = (tip_delay[j] + delay_slope[j] * z) % TURN
+                        # A tooth that lags by a whole turn is behind itself: rounding of the remainder would make a delay
+                        # of nothing.
                         if delay < 1e-9:
                             delay = TURN
                         entry_delay[used] = delay
@@ -113,7 +116,7 @@ def lay(angle: FloatArray, edges: EdgeLines, walls: Walls, law: EdgeLaw, gx: Flo
     return used
 
 
-@nb.njit(cache=True, nogil=True)
+@inner_njit(cache=True, nogil=True)
 def look_back(angle: FloatArray, first: IndexArray, entry_delay: FloatArray, nodes: PanelNodes, needed: BoolArray,
               entries: LookBack) -> None:
     """Find the panel of every delayed angle and its interpolation row: `entries` (`LookBack`) are filled, and `needed` marks
@@ -123,6 +126,7 @@ def look_back(angle: FloatArray, first: IndexArray, entry_delay: FloatArray, nod
     for i in range(angle.size):
         for e in range(first[i], first[i + 1]):
             past_angle = angle[i] - entry_delay[e]
+            # A delay that ends at the begin of the period belongs to this one, where rounding puts it a little before.
             past[e] = past_angle < -1e-12 * nodes.period
             if past[e]:
                 past_angle += nodes.period
@@ -135,6 +139,7 @@ def look_back(angle: FloatArray, first: IndexArray, entry_delay: FloatArray, nod
             hit = -1
             for k in range(n):
                 gap = x - xs[offset[p] + k]
+                # At a node itself the barycentric quotient is infinite over infinite.
                 if abs(gap) < 1e-13:
                     hit = k
                     break
@@ -147,14 +152,15 @@ def look_back(angle: FloatArray, first: IndexArray, entry_delay: FloatArray, nod
                     rows[e, k] /= total
 
 
-@nb.njit(cache=True, nogil=True)
+@inner_njit(cache=True, nogil=True)
 def steep(sigma: complex, legendre: FloatArray, weights: FloatArray, count: int, out: ComplexArray) -> None:
     r"""Write the weights of the nodes in :math:`\int_{-1}^{x_i} e^{\sigma (x_i - y)} f(y) dy`, f through `count` Gauss nodes.
 
-    Last row: the whole panel. The kernel's own growth backwards in time is integrated in closed form against every Legendre
-    polynomial, :math:`(2k + 1) I_k = P_{k+1} - P_{k-1} + \sigma (I_{k+1} - I_{k-1})`; upwards it is stable where sigma is
-    large.
-    legendre (count, count) : P_k at the nodes, row k; weights (count,) : of the Gauss rule.
+    The kernel's own growth backwards in time is integrated in closed form against every Legendre polynomial,
+    :math:`(2k + 1) I_k = P_{k+1} - P_{k-1} + \sigma (I_{k+1} - I_{k-1})`; upwards it is stable where sigma is large.
+
+    legendre (count, count) : P_k at the nodes, row k; weights (count,) : of the Gauss rule; out (count + 1, count) : its last
+    row is that of the whole panel.
     """
     moments = np.empty(count, np.complex128)
     for i in range(count + 1):
@@ -224,6 +230,8 @@ def responses(times: PanelTimes, offset: IndexArray, count: IndexArray, poles: C
                     e = forward[i, r] * backward[j, r] * (2 * share)
                     if is_steep[r]:
                         e = 2 * half[o + j] * exact[r, i, j]
+                    # e^300 times e^-300 is the most that a double holds on either side: beyond, one factor is infinite and
+                    # the product no number.
                     elif abs(poles[r].real) * long > MAX_PRODUCT_DECAY:
                         e = np.exp(poles[r] * (time[o + i] - time[o + j])) * (2 * share)
                     for a in range(d):
@@ -258,13 +266,15 @@ def inverses(operator: PeriodOperator) -> None:
                         g = depth * drag[offset[p] + i, a, c]
                         for j in range(n * d):
                             big[i * d + a, j] += g * speed_resp[p, i * d + c, j]
+        # An inverse, not a factorisation: it is applied once a vector, some fifty times, and a product of a row vectorises
+        # where substitution does not.
         solved = np.linalg.inv(big)
         for i in range(n * d):
             for j in range(n * d):
                 out[p, i, j] = solved[i, j]
 
 
-@nb.njit(cache=True, nogil=True, fastmath=SUMS)
+@inner_njit(cache=True, nogil=True, fastmath=SUMS)
 def product(matrix: FloatArray, vector: FloatArray, size: int, out: FloatArray) -> None:
     """Write the product of a real matrix and the first `size` numbers of a vector, as many rows as `out` has."""
     for i in range(out.size):
@@ -275,7 +285,7 @@ def product(matrix: FloatArray, vector: FloatArray, size: int, out: FloatArray) 
         out[i] = total
 
 
-@nb.njit(cache=True, nogil=True, fastmath=SUMS)
+@inner_njit(cache=True, nogil=True, fastmath=SUMS)
 def advance(x: FloatArray, y: FloatArray, operator: PeriodOperator) -> None:
     """Map the vibration at the nodes and the state of one period (x) on the next (y)."""
     depth, layout, waves, solved, damped = operator
@@ -313,6 +323,8 @@ def advance(x: FloatArray, y: FloatArray, operator: PeriodOperator) -> None:
             for e in range(first[o + i], first[o + i + 1]):
                 src = source[e]
                 start, k = offset[src] * d, count[src]
+                # This period's panels before this one are already solved: y is read where it is written, so panels go in
+                # order of time.
                 from_ = x if past[e] else y
                 for c in range(d):
                     delayed = 0.0

@@ -12,6 +12,7 @@ import numba as nb
 import numpy as np
 
 from toolpoint._check import Array, FloatArray, IndexArray
+from toolpoint._inner_kernels import inner_njit
 from toolpoint.cutting.stability.panels.edge_walls import TURN, limits, place
 from toolpoint.cutting.stability.panels.kernels import lay, look_back
 from toolpoint.cutting.stability.panels.records import EdgeLaw, EdgeLines, LaidCut, LookBack, PanelNodes, Walls
@@ -20,11 +21,12 @@ from toolpoint.cutting.stability.sorting import sort
 DISTINCT_ANGLE_PARTS = 1e11  # of a period: angles nearer than one are the same
 
 
-@nb.njit(cache=True, nogil=True)
+@inner_njit(cache=True, nogil=True)
 def tell_apart(angles: FloatArray, period: float) -> FloatArray:
     """Return the distinct angles in rising order, rounded to a part of the period."""
     out = np.empty(angles.size)
     for i in range(angles.size):
+        # Ends that are one in theory differ by rounding of different sums; a panel between them would have no length.
         out[i] = np.rint(angles[i] / period * DISTINCT_ANGLE_PARTS) / DISTINCT_ANGLE_PARTS
     sort(out)
     used = 0
@@ -70,7 +72,7 @@ def find_ends(heights: FloatArray, lines: EdgeLines, walls: Walls, period: float
     return split(tell_apart(candidates[:used], period), longest)
 
 
-@nb.njit(cache=True, nogil=True)
+@inner_njit(cache=True, nogil=True)
 def split(ends: FloatArray, longest: float) -> FloatArray:
     """Split panels evenly so that none is longer than `longest`; return the ends."""
     parts, number = np.empty(ends.size - 1, np.int64), 1
@@ -110,6 +112,7 @@ def lay_panels(ends: FloatArray, count: IndexArray, tables: tuple[FloatArray, Fl
             half[k] = (ends[g + 1] - ends[g]) / 2
             angle[k] = ends[g] + half[k] * (1 + x[k])
             k += 1
+    # Where all teeth look back by delays of their own a point of an edge is an entry; else a tooth is one.
     room = q * lines.start.size * (lines.marks.size * gx.size if lines.spread else 1)
     cut = LaidCut(np.zeros((q, size, size)), np.zeros((q, size, size)), np.zeros(q + 1, np.int64),
                   np.zeros((room, size, size)), np.zeros(room))

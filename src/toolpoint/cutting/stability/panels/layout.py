@@ -60,8 +60,8 @@ class Edges(NamedTuple):
 
     start, slope : lag of tooth j at height z is start + slope z; tip_delay, delay_slope : its delay likewise; spread : whether
     delays change with height; marks : edge lengths where pieces of integration end; turns : those of them where a wall of the
-    work begins to bound a rounded edge, or its entry or exit turns back; period : rad; points : Gauss points on a piece of an
-    edge; steepest : largest slope.
+    work begins to bound a rounded edge, or its entry or exit turns back; period : rad; corner : radius, m; points : Gauss
+    points on a piece of an edge; steepest : largest size of a slope, rad/m.
     """
 
     start: FloatArray
@@ -101,6 +101,7 @@ def _whole_edges(problem: MillingProblem) -> Edges:
     slope = 2 * np.tan(np.asarray(tool.helix)) / tool.diameter
     delay_slope = slope - np.roll(slope, 1)
     tip_delay = (start - np.roll(start, 1)) % (2 * np.pi)
+    # A single tooth follows itself: the remainder of a whole turn is none.
     tip_delay = np.where(tip_delay < 1e-12, 2 * np.pi, tip_delay)
     is_tooth_periodic = tool.is_regular and problem.speed_variation is None
     revolutions = 1 if problem.speed_variation is None else problem.speed_variation.revolutions
@@ -150,6 +151,8 @@ def _corner_turns(problem: MillingProblem) -> FloatArray:
     walls = (radius * np.abs(np.cos([arc.entry, arc.exit])) - radius + corner) / corner
     length_max = 0.5 * np.pi * corner
     begins = corner * np.arcsin(walls[(walls > 0) & (walls < 1)])
+    # Chebyshev places: the walls' angles turn as a square root where a wall begins to bound the corner, and there the grid
+    # is dense.
     grid = np.unique(np.concatenate([length_max * (1 - np.cos(np.linspace(0, np.pi, 400))) / 2, begins[begins < length_max]]))
     lengths = [u for u in begins.tolist() if u < length_max]
     slopes = _whole_edges(problem).slope
@@ -188,7 +191,11 @@ def _turning_length(angle: Callable[[float], float], length_min: float, length_m
 
 
 class CutPanels:
-    """Panels of one depth: nodes, cut and delayed entries, in the order that the kernels take (`layout`)."""
+    """Panels of one depth (m): nodes, cut and delayed entries, in the order that the kernels take (`layout`).
+
+    waves : nodes per radian of rotation that the modes need; nodes_min : nodes of a panel beside these; points : Gauss points
+    on a piece of a helical or rounded edge. `empty` says that no edge is within the walls of the work.
+    """
 
     def __init__(self, problem: MillingProblem, depth: float, waves: float, nodes_min: int, points: int) -> None:
         edges = Edges.of(problem, depth, points)
@@ -196,12 +203,15 @@ class CutPanels:
         arc, marks = problem.engagement, edges.marks
         self.walls = Walls(edges.corner, problem.tool.radius, arc.entry, arc.exit)
         heights = sorted({0.0, float(marks[-1]), min(0.5 * np.pi * edges.corner, float(marks[-1])), *edges.turns.tolist()})
+        # A panel that looks back into itself would have to be solved for what it reads: it stays shorter than any delay,
+        # and delays that change with height may be half of the tip's.
         shortest = float(edges.tip_delay.min() if not edges.spread else 0.5 * edges.tip_delay.min())
         longest = max(MAX_PANEL_NODES - nodes_min, 3) / waves  # rad that a panel's nodes resolve
         self.ends = find_ends(np.array(heights), edges.lines, self.walls, edges.period, min(0.95 * shortest, longest))
         count = nodes_min + np.ceil(waves * (self.ends[1:] - self.ends[:-1])).astype(int)
         self._lay(count)
         if not self.empty:
+            # In low immersion most of the period is neither cut nor looked back into: the modes pass it in closed form.
             keep = self.cutting | self.needed
             if not keep.all():
                 self._leave_out(~keep)

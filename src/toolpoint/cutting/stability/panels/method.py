@@ -104,7 +104,7 @@ class PanelArnoldi:
         overflow = any(outcome.overflow for outcome in outcomes)
         is_normal = all(outcome.is_normal for outcome in outcomes)
         columns = np.array(rows, float).reshape(-1, 6).T
-        spacing = ("bands of depths between search levels, two fifths of the limit apart, can be missed" if self.first_only else
+        spacing = ("bands of depths between search levels, two fifths of a depth apart, can be missed" if self.first_only else
                    spacing_note(depth_levels(problem, depth_max, self.levels, power=1.5)))
         note = ("largest multipliers of the one-period map; error of each point from two discretisations; "
                 f"{spacing}, unless the multipliers beside them announce it")

@@ -17,8 +17,8 @@ class Walls(NamedTuple):
 
 
 class EdgeLines(NamedTuple):
-    """Edges of the teeth: lag of tooth j at height z is start + slope z, its delay ahead + ahead_slope z, rad; `spread`: delays
-    change with height; `marks`: edge lengths where pieces of integration end, m."""
+    """Edges of the teeth: lag of tooth j at height z (m) is start + slope z, its delay behind the tooth before it tip_delay +
+    delay_slope z, rad; `spread`: delays change with height; `marks`: edge lengths where pieces of integration end, m."""
 
     start: FloatArray
     slope: FloatArray
@@ -85,7 +85,7 @@ class Layout(NamedTuple):
 class PanelTimes(NamedTuple):
     """Begin and end of every panel, s; time of every node, s, and half its panel's length times seconds a radian; integration
     matrices by kind (number of nodes) and the kind of every panel; Legendre polynomials at the nodes of a kind (row k: P_k);
-    even: whether time goes with the angle."""
+    is_uniform: whether time is proportional to the angle (no speed variation)."""
 
     begin: FloatArray
     end: FloatArray

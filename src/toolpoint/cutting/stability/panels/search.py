@@ -37,7 +37,11 @@ ROOT_ROUNDS = 4  # rounds of looking for further roots beside those that were ne
 
 
 class PeriodMap:
-    """The one-period map of the vibration at one spindle speed, for any depth: multipliers by Arnoldi's method."""
+    """The one-period map of the vibration at one spindle speed (rev/min), for any depth: multipliers by Arnoldi's method.
+
+    nodes_min : Gauss nodes of a panel without oscillation; points : Gauss points on a piece of a helical or rounded edge;
+    store : panels that speeds share; subspace_sizes : Arnoldi vectors that were enough last time, by accuracy, shared too.
+    """
 
     def __init__(self, problem: MillingProblem, plane: PlaneDynamics, speed: float, nodes_min: int, points: int,
                  store: PanelStore, subspace_sizes: dict[float, int] | None = None) -> None:
@@ -102,10 +106,14 @@ class PeriodMap:
             panels.cutting, border, time, exponent=self.balance_fraction * decay, size=d, states=2 * m)
 
     def multipliers(self, depth: float, waves: float, accuracy: float) -> ComplexArray:
-        """Return the largest multipliers, largest first; the first's residual is below `accuracy`, or below a twentieth of its
-        distance from the unit circle when `accuracy` is not met and the distance is all that matters (accuracy negative)."""
+        """Return the largest multipliers, largest first; the residual of the first is below `accuracy` times its size.
+
+        A negative accuracy asks for a verdict alone: a residual of `MAX_RESIDUAL_RATIO` of the multiplier's distance from the
+        unit circle is enough then. depth : m; waves : nodes per radian of rotation, see `waves_of`.
+        """
         panels = self.store.panels(self.problem, depth, waves, nodes_min=self.nodes_min, points=self.points)
         if panels.empty:
+            # Nothing cuts: the multipliers are those of the free modes.
             values = np.exp(self.system.poles * mean_period(self.problem, self.speed))
             return values[np.argsort(-np.abs(values))]
         self._set_panels(panels)
@@ -127,6 +135,8 @@ class PeriodMap:
         """Return the start of the Arnoldi basis: a component in every direction, and the last Ritz vector where it fits."""
         start = _every_direction(size)
         if self.vector.size == size:
+            # Mostly the vector of the depth before, and some of everything: a multiplier that takes the lead between two
+            # depths would not be in an invariant subspace.
             start = start + 3 * self.vector
             start /= np.sqrt(start @ start)
         return start
@@ -135,6 +145,7 @@ class PeriodMap:
 @lru_cache(maxsize=256)
 def _every_direction(size: int) -> FloatArray:
     """Return a unit vector with a component in every direction."""
+    # No random numbers: results are the same to the last bit from run to run.
     start = np.cos(np.arange(size) * 1.7 + 0.3) + 0.1
     return np.asarray(start / np.linalg.norm(start))
 
@@ -146,11 +157,10 @@ def _modal_state(plane: PlaneDynamics) -> ModalState:
 
 
 def waves_of(plane: PlaneDynamics, problem: MillingProblem, speed: float) -> float:
-    """Return the nodes per radian that the modes' oscillation needs: the highest mode with a thousandth of the largest
-    flexibility.
+    """Return the nodes per radian of rotation that the modes need at a speed (rev/min), by the fastest of them.
 
-    A wave needs about two nodes a radian less than its decay would: what falls without turning is followed three times as
-    closely, for overdamped pairs are differences of two large exponentials.
+    Modes with less than a thousandth of the largest dynamic flexibility do not count. A real pole takes three times the nodes
+    of an oscillating one of the same size: an overdamped pair is the difference of two large exponentials.
     """
     size = np.abs(plane.residues).max(axis=(1, 2)) / np.maximum(-plane.poles.real, 1e-3 * np.abs(plane.poles))
     poles = plane.poles[size > 1e-3 * size.max()]
@@ -296,6 +306,7 @@ class PanelSearch:
             share = 0.5
             if part**2 < place and (1 - part)**2 < 1 - place:
                 share = ga / (gb - ga) * gc / (gb - gc) + (c - a) / (b - a) * ga / (gc - ga) * gb / (gc - gb)
+            # Not nearer to an end than a tenth of the tolerance, or the bracket would not shrink.
             share_min = min(0.5, 0.1 * COARSE_ROOT_TOLERANCE * w / abs(b - a))
             share = min(max(share, share_min), 1 - share_min)
 
@@ -306,6 +317,7 @@ class PanelSearch:
             return a, b - a, 0j, 0.0
         w, slope = best, _ = start
         error, mu = b - a, 0j
+        # The second, finer root is asked for only where the first is not sure of the tolerance.
         for extra_nodes in (3, 6):
             w, slope, mu, sure = self._polish(w, slope if (slope > 0) == rising else 0.0, extra_nodes, a, b)
             if sure and (slope > 0) != rising:
@@ -329,6 +341,7 @@ class PanelSearch:
             if not a <= new <= b:
                 break
             g_new, mu = self.growth(new, extra_nodes)
+            # Over a step as short as the growth's own rounding the slope would be noise: the one before is kept.
             if abs(new - w) > 1e-8 * w and g_new != g:
                 slope = (g_new - g) / (new - w)
             step, w, g = abs(new - w), new, g_new
@@ -346,6 +359,8 @@ class PanelSearch:
 
     def _frequency(self, theta: float) -> float:
         period = mean_period(self.problem, self.speed)
+        # A multiplier knows its frequency up to whole tooth passings: the line at which the tool answers most is the one
+        # that is heard.
         f = np.abs(theta / (2 * np.pi) + np.arange(-400, 401)) / period
         f = f[f <= max(MAX_CHATTER_FREQUENCY_RATIO * self.plane.span[1], float(f.min()))]
         size: Array = np.linalg.norm(self.plane.response(f), axis=(1, 2))

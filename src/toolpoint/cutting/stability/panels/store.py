@@ -49,12 +49,14 @@ class PanelStore:
     def panels(self, problem: MillingProblem, depth: float, waves: float, *, nodes_min: int, points: int) -> CutPanels:
         """Return the panels of a cut at this depth with `waves` nodes a radian or a little more."""
         is_linear = is_plain(problem)
+        # Rounded upwards to a ladder; the small term keeps a resolution that lies on a rung from being lifted by rounding.
         waves = RESOLUTION_RATIO ** float(np.ceil(np.log(waves) / np.log(RESOLUTION_RATIO) - 1e-9))
         key = (0.0 if is_linear else depth, waves, nodes_min, points)
         if key in self.kept:
             self.kept.move_to_end(key)
             return self.kept[key]
         panels = CutPanels(problem, depth, waves, nodes_min, points)
+        # Depths of a root search come once: keeping them would push out the levels, to which every speed comes back.
         if is_linear or depth in self.levels:
             self.kept[key] = panels
             self.size += panels.nbytes

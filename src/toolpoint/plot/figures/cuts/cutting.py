@@ -126,6 +126,8 @@ def _spectrum(run: Simulation) -> go.Figure:
     chart = figure("", 400)
     for k, way in enumerate("xy"):
         spectrum = run.spectrum("displacement", k)
+        # Half above the highest mode or the fourth tooth passing: beyond, a spectrum to half the rate of the simulation is
+        # empty.
         keep = spectrum.frequency <= 1.5 * max(run.problem.plane.span[1], 4 * run.problem.tool.teeth * run.speed / 60)
         chart.add_scatter(x=spectrum.frequency[keep], y=1e6 * spectrum.amplitude[keep], name=f"vibration {way}",
                          line={"color": COLOURS[k]})

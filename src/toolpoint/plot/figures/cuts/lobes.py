@@ -249,6 +249,7 @@ def _chart_top(parts: Sequence[StabilityCurve | StabilityIntervals]) -> float:
     depth = depth[np.isfinite(depth) & (depth > 0)]
     if depth.size == 0:
         fail("limits", "no finite depth", "a depth must be finite", remedy="give max_depth, m, for the top of the chart")
+    # A lobe's peak may be a hundred times the usual limit: the chart ends where the other limits can still be read.
     return 1.15 * float(min(depth.max(), 8 * np.median(depth)))
 
 

@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     import plotly.graph_objects as go
 
 LEVELS = ((0.95, "solid"), (0.5, "dash"), (0.05, "dot"))
+# More names cannot be read at the width of a page; the largest shares are shown.
 MOST_BARS = 12
 
 

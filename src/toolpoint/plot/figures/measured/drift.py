@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import plotly.graph_objects as go
 
+from toolpoint._rounding import NORMAL_QUANTILE_95
 from toolpoint.plot.figures.theme import COLOURS, figure
 from toolpoint.studies.drift.drift_study import DriftStudy
-from toolpoint.studies.drift.mode_changes import NORMAL_95_QUANTILE
 
 MAX_COURSES = 8  # modes whose course is drawn: those that moved most
 
@@ -17,7 +17,7 @@ def mode_changes(study: DriftStudy) -> go.Figure:
     last = study.last
     pairs = last.paired
     frequency = last.baseline.frequency[pairs]
-    change, limit = 100 * np.expm1(last.change[pairs]), 100 * NORMAL_95_QUANTILE * last.deviation[pairs]
+    change, limit = 100 * np.expm1(last.change[pairs]), 100 * NORMAL_QUANTILE_95 * last.deviation[pairs]
     has_moved = np.isin(pairs, last.significant(study.false_alarms))
     names = [f"{f:.4g} Hz" for f in frequency]
     chart = figure("", 420)
@@ -39,7 +39,7 @@ def course_of_modes(study: DriftStudy) -> go.Figure:
     """Return the frequencies of the modes that moved most over the tests, relative to the baseline."""
     first = study.last.baseline
     changes = np.stack([np.zeros(first.count), *(100 * np.expm1(c.change) for c in study.history)])
-    deviations = np.stack([np.zeros(first.count), *(100 * NORMAL_95_QUANTILE * c.deviation for c in study.history)])
+    deviations = np.stack([np.zeros(first.count), *(100 * NORMAL_QUANTILE_95 * c.deviation for c in study.history)])
     order = np.argsort(-np.nan_to_num(np.abs(study.last.scores)))[:MAX_COURSES]
     chart = figure("", 420)
     for k, i in enumerate(np.sort(order)):

@@ -20,6 +20,7 @@ def singular_values(result: OperationalIdentification) -> go.Figure:
             if k >= spectra.values.shape[1]:
                 continue
             is_new = spectra.frequency > (frequency[-1][-1] if frequency else 0.0)
+            # The last tenth of a decimated band holds the slope of its filter.
             inside = is_new & (spectra.frequency <= 0.9 * spectra.frequency[-1])
             if inside.any():
                 frequency.append(spectra.frequency[inside])

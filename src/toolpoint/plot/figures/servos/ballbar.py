@@ -17,7 +17,7 @@ _NOMINAL_RING_RADIUS = 4.5  # radius of the nominal circle in steps between ring
 
 
 def ballbar_plot(points: Mapping[str, ArrayLike], radius: float, peaks: ArrayLike | None = None, *,
-                 title: str = "") -> go.Figure:
+                 axes: tuple[str, ...] = ("X", "Y"), title: str = "") -> go.Figure:
     """Return radial deviations from the nominal circle about the origin, enlarged to a scale that the rings name.
 
     Parameters
@@ -28,6 +28,8 @@ def ballbar_plot(points: Mapping[str, ArrayLike], radius: float, peaks: ArrayLik
         Nominal, m.
     peaks : (4,) floats, optional
         Quadrant peaks at 0, 90, 180, 270 deg (m), written at their places.
+    axes : two names
+        Of the axes of the circle, the first one at 0 deg.
     """
     size = positive("radius", radius)
     turns = {name: _turn(name, value, size) for name, value in points.items()}
@@ -43,7 +45,7 @@ def ballbar_plot(points: Mapping[str, ArrayLike], radius: float, peaks: ArrayLik
                           customdata=np.stack([np.degrees(angle) % 360, 1e6 * deviation], axis=1),
                           hovertemplate="%{customdata[0]:.0f}°: %{customdata[1]:.2f} µm")
     if peaks is not None:
-        _peaks(chart, floats("peaks", peaks, (4,)))
+        _peaks(chart, floats("peaks", peaks, (4,)), axes)
     axis_limit = _NOMINAL_RING_RADIUS + _RINGS_EACH_SIDE + 3.2
     chart.update_xaxes(range=[-axis_limit, axis_limit], visible=False, constrain="domain")
     chart.update_yaxes(range=[-axis_limit, axis_limit], visible=False, scaleanchor="x", constrain="domain")
@@ -87,9 +89,9 @@ def _rings(chart: go.Figure, step: float) -> None:
                           showlegend=False)
 
 
-def _peaks(chart: go.Figure, peaks: FloatArray) -> None:
+def _peaks(chart: go.Figure, peaks: FloatArray, axes: tuple[str, ...]) -> None:
     text_radius = _NOMINAL_RING_RADIUS + _RINGS_EACH_SIDE + 0.4
-    for words, angle, peak, anchor in zip(("X+", "Y+", "X−", "Y−"), (0, 90, 180, 270), peaks,
+    for words, angle, peak, anchor in zip([f"{plain(name)}{sign}" for sign in "+−" for name in axes], (0, 90, 180, 270), peaks,
                                           (("left", "middle"), ("center", "bottom"), ("right", "middle"), ("center", "top")),
                                           strict=True):
         chart.add_annotation(x=text_radius * np.cos(np.radians(angle)), y=text_radius * np.sin(np.radians(angle)),

@@ -70,6 +70,7 @@ def _peak(tip: PlaneReceptance, line: int) -> TipPeak:
 
 
 def _interval(values: FloatArray, margin: float = 0.0) -> Interval:
+    # Weibull's plotting positions: of few draws the plain percentiles lie inside the interval that they stand for.
     lower, upper = np.percentile(values, [2.5, 97.5], method="weibull")
     return float(lower) - margin, float(upper) + margin
 

@@ -33,6 +33,7 @@ def split_by_feed(records: Sequence[tuple[str, Record]], feeds: Sequence[float] 
             raise ToolpointError(f"`feed`: missing; {path} has no column 'feed' (m, or 'feed [mm]'); give the feed per tooth "
                                  "of each file in mm, for example `feed` 0.05,0.1")
         for feed, part in parts:
+            # No tooth takes a chip of 10 mm: such a number is a feed in mm, or one per minute.
             if not 0 < feed <= 0.01:
                 raise ToolpointError(f"{path}: feed per tooth {1e3 * feed:g} mm; must be above 0 and at most 10 mm")
             result.append((feed, part, Path(path).name))

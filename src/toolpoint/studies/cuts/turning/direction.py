@@ -10,9 +10,10 @@ import scipy  # its rooms load on first use
 from numpy.typing import ArrayLike
 
 from toolpoint._check import Array, FloatArray, fail, floats, positive
+from toolpoint._rounding import NORMAL_QUANTILE_95
 from toolpoint.cutting.cut.plane import PlaneDynamics
 from toolpoint.cutting.cut.problem import TurningProblem, plane_dynamics
-from toolpoint.cutting.stability.hill.noise import NORMAL_95, line_variance
+from toolpoint.cutting.stability.hill.noise import line_variance
 from toolpoint.vibration import Modes
 from toolpoint.vibration.frf import Frf
 
@@ -122,6 +123,7 @@ def drawn_width_error(plane: PlaneDynamics, real: float) -> float:
     if plane.draws is None or plane.frequency is None:
         return 0.0
     real_of_draws = plane.draws[:, plane.frequency > 0, 0, 0].real.min(axis=1)
+    # Draws whose real part is not negative have no limit: the bound makes their quotient large instead of turning its sign.
     lower, upper = np.quantile(real / np.minimum(real_of_draws, -1e-300), [0.025, 0.975], method="weibull")
     return float(min((upper - lower) / 2, 1.0))
 
@@ -138,7 +140,7 @@ def real_part_error(plane: PlaneDynamics, frequency: float) -> float:
     k = int(np.argmin(np.abs(f - frequency)))
     real = values[:, 0, 0].real
     # Draws hold their noise.
-    noise = 0.0 if plane.draws is not None else NORMAL_95 * float(np.sqrt(line_variance(plane)[k, 0, 0] / 2))
+    noise = 0.0 if plane.draws is not None else NORMAL_QUANTILE_95 * float(np.sqrt(line_variance(plane)[k, 0, 0] / 2))
     bend = float(real[k - 1] + real[k + 1] - 2 * real[k]) / 8 if 0 < k < f.size - 1 else 0.0
     return float((noise + abs(bend)) / max(abs(float(real[k])), 1e-300))
 

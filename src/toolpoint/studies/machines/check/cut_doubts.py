@@ -12,6 +12,7 @@ from toolpoint.studies.machines.check.ranges import question_range
 
 # Usual ranges, each with its unit: a number beyond is doubted, never refused.
 COEFFICIENT_RANGES = {"tangential": (5e7, 1e10, "Pa"), "normal": (5e6, 1e10, "Pa"), "axial": (5e6, 1e10, "Pa")}
+# Published coefficients of metals lie inside with a margin of some times: beyond, the unit is wrong.
 EDGE_COEFFICIENT_RANGE = (50.0, 3e5, "N/m")
 NORMAL_TO_TANGENTIAL_RANGE = (0.03, 2.0)  # normal over tangential coefficient
 DIAMETER_RANGE = (2e-4, 0.6, "m")

@@ -49,6 +49,7 @@ def _question_table(sheet: RobotDatasheet) -> Iterator[Doubt]:
             yield Doubt(f"axes.{axis.name}", f"travels {np.degrees(axis.upper - axis.lower):.3g} degrees",
                         "check the unit of lower and upper", figure=axis.upper - axis.lower)
         for key in ("a", "d"):
+            # No arm has a link of five metres: the table is in millimetres.
             if (length := abs(float(getattr(axis, key)))) > 5.0:
                 yield Doubt(f"axes.{axis.name}.{key}", f"{length:.4g} m, longer than arms of robots are",
                             "check its unit (a number without one is in m)", figure=length)

@@ -26,6 +26,7 @@ BREAK_AWAY_RANGE = (1e-6, 0.05, "rad")  # motion in which bristles bend before t
 STRIBECK_RANGE = (1e-3, 50.0, "rad/s")
 MAX_STICTION_RATIO = 4.0  # static over Coulomb friction
 MAX_VISCOUS_RATIO = 150.0  # viscous over Coulomb friction at the largest speed; 56 of a published servo
+# From large machines to the quickest linear motors: beyond, a number has another unit (mm, minutes).
 LIMIT_RANGES = {"speed": (0.01, 5.0, "m/s"), "acceleration": (0.05, 60.0, "m/s^2"), "jerk": (0.5, 5e3, "m/s^3")}
 MOTOR_SPEED_RANGE = (60.0, 20000.0, "rev/min")
 MAX_AXIS_RATIO = 60.0  # of a number of one axis beside the same number of the others

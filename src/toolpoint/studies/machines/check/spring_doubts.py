@@ -13,6 +13,7 @@ MAX_DIRECTION_RATIO = 50.0  # stiffness of a direction beside the other directio
 # stiffness below the smallest or above the largest of all other joints, along and about
 MAX_JOINT_RATIOS = {"x": 30.0, "rx": 100.0}
 MAX_DAMPER_TIME_RATIO = 100.0  # damping over stiffness, outside the values of other joints
+MIN_DAMPER_TIME = 1e-9  # s, damping over stiffness, a loss factor of 6e-6 at 1 kHz: what a fit leaves of a damper that is none
 MIN_SPRING_STIFFNESS, MIN_CARRIED_FREQUENCY = 3e6, 6.0  # N/m; Hz of the carried mass on its spring alone
 MAX_DAMPER_TO_SPRING_FORCE = 2.0  # at 10 Hz
 WAYS_ALONG, WAYS_ABOUT = ("x", "y", "z"), ("rx", "ry", "rz")
@@ -30,7 +31,8 @@ def question_springs(machine: Machine) -> list[Doubt]:
         stiffness = {name: _positive_values(joint.stiffness, ways) for name, joint in joints.items()}
         damping = {name: _positive_values(joint.damping, ways) for name, joint in joints.items()}
         lines += _question_kind("stiffness", stiffness, unit, MAX_JOINT_RATIOS[ways[0]])
-        shares = {name: {way: value / stiffness[name][way] for way, value in row.items() if way in stiffness[name]}
+        shares = {name: {way: share for way, value in row.items()
+                         if way in stiffness[name] and (share := value / stiffness[name][way]) >= MIN_DAMPER_TIME}
                   for name, row in damping.items()}
         lines += _question_kind("damping", shares, "s of damping over stiffness", MAX_DAMPER_TIME_RATIO)
         lines += _question_dampers(stiffness, damping)
@@ -80,6 +82,8 @@ def _question_dampers(stiffness: Mapping[str, Mapping[str, float]],
     for name, row in damping.items():
         for way, value in row.items():
             spring = stiffness[name].get(way)
+            # At 10 Hz, below the modes of machines: there a joint is a spring, and a damper that pushes harder has another
+            # unit.
             if spring is not None and (share := 2 * np.pi * 10.0 * value / spring) > MAX_DAMPER_TO_SPRING_FORCE:
                 yield Doubt(f"joints.{name}.damping.{way}", f"{value:.3g} beside a stiffness of {spring:.3g}: at 10 Hz the "
                             f"damper takes {share:.2g} times the force of the spring", "check the units of both", figure=share)
@@ -110,6 +114,7 @@ def _carried_masses(machine: Machine) -> list[float]:
 def _question_ratios(machine: Machine) -> Iterator[Doubt]:
     """Doubt damping ratios and loss factors that no machine has."""
     ratio = machine.description.damping_ratio
+    # Machines are measured at half a per cent to ten: less is a part alone, more is a percentage written as a ratio.
     if ratio is not None and not 5e-4 <= ratio <= 0.2:
         yield Doubt("damping_ratio", f"{100 * ratio:.3g} % for every mode, {'more' if ratio > 0.2 else 'less'} than machine "
                     "tools have (0.05-20 %)", "write it with its unit: 3 %", figure=ratio)

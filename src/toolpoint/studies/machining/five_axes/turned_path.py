@@ -20,11 +20,11 @@ _UPRIGHT_ANGLE = 1e-9  # rad
 
 
 class FiveAxisProgram(ParsedProgram, Protocol):
-    """Program with directions of the tool, see `io.program.segments.Program`."""
+    """Program with directions of the tool, see `io.program.path.segments.Program`."""
 
     @property
     def directions(self) -> FloatArray:
-        """Programmed directions of the tool at both ends of every segment, (n, 12), see `io.program.centre_control`."""
+        """Programmed directions of the tool at both ends of every segment, (n, 12), see `io.program.control.tool_centre`."""
         ...
 
     @property

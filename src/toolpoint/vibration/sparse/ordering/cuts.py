@@ -45,6 +45,7 @@ def sweep(xadj: IndexArray, adj: IndexArray, weight: IndexArray, height: FloatAr
     for k in range(n):
         separator_weight += weight_change[k]
         imbalance = max(below, total - below - separator_weight) / max(total - separator_weight, 1)
+        # Uneven sides cost later what a light separator saves now: the larger side is cut again, and its factor fills.
         cost = separator_weight * (1 + 2 * (imbalance - 0.5) ** 2) + (total if imbalance > MAX_SIDE_FRACTION else 0)
         if cost < lowest_cost and below > 0:
             best_height, lowest_cost = k, cost
@@ -76,6 +77,7 @@ def cost_of(weight: IndexArray, part: IndexArray) -> float:
     for v in range(part.size):
         size[part[v]] += weight[v]
     imbalance = max(size[0], size[1]) / (size[0] + size[1])
+    # No cut at all: dearer than any.
     if min(size[0], size[1]) == 0:
         return 2 * size.sum()
     return size[2] * (1 + 2 * (imbalance - 0.5) ** 2)
@@ -115,6 +117,7 @@ def refine(xadj: IndexArray, adj: IndexArray, weight: IndexArray, part: IndexArr
         size[part[v]] += weight[v]
         if part[v] == SEPARATOR_PART:
             _weigh_neighbours(xadj, adj, weight, part, v, outside)
+    # A cut that begins uneven may stay so, else no move at all would be allowed.
     limit = max(np.int64(share * size.sum()), max(size[0], size[1]))
     locked = np.zeros(n, np.int64)
     for pass_number in range(1, passes + 1):
@@ -184,6 +187,8 @@ def _next_move(heaps: list[list[NumberPair]], weight: IndexArray, part: IndexArr
     """Return the side and vertex of the most gain that keeps the balance; -1 where there is none."""
     for side in range(2):
         heap = heaps[side]
+        # Gains change with every move; entries that are out of date are not looked for in the heap but dropped when they
+        # come up.
         while len(heap) and (part[heap[0][1]] != SEPARATOR_PART or locked[heap[0][1]] == pass_number
                              or heap[0][0] != outside[1 - side, heap[0][1]] - weight[heap[0][1]]):
             heapq.heappop(heap)

@@ -33,6 +33,7 @@ def dissect(xadj: IndexArray, adj: IndexArray, weight: IndexArray, places: Float
     """
     n = xadj.size - 1
     order = np.empty(n, np.int64)
+    # A stack of its own: compiled recursion would need the type of its own result first.
     stack = [(np.arange(n), False)]
     local_index = np.full(n, -1, np.int64)
     n_ordered = 0
@@ -51,6 +52,7 @@ def dissect(xadj: IndexArray, adj: IndexArray, weight: IndexArray, places: Float
         part = _separate(sub_xadj, sub_adj, edge, sub_weight, places[vertices])
         # Last in, first out: both sides come before their separator.
         stack.append((vertices[part == SEPARATOR_PART], True))
+        # A side that took everything would be cut in the same way without end: it is ordered as it is.
         stack.append((vertices[part == 1], (part == 0).sum() == 0))
         stack.append((vertices[part == 0], (part == 1).sum() == 0))
     return order
@@ -60,6 +62,7 @@ def dissect(xadj: IndexArray, adj: IndexArray, weight: IndexArray, places: Float
 def _minimum_degree(xadj: IndexArray, adj: IndexArray, weight: IndexArray) -> IndexArray:
     """Return the vertices of a small graph in elimination order, lightest neighbourhood first; neighbours as bits."""
     n = xadj.size - 1
+    # Sixty-four neighbours in one word: joining two neighbourhoods is one operation, not a walk through lists.
     words = (n + 63) // 64
     bits = np.zeros((n, words), np.uint64)
     unit = np.uint64(1)
@@ -119,6 +122,8 @@ def _separate(xadj: IndexArray, adj: IndexArray, edge: IndexArray, weight: Index
     best = sweep(xadj, adj, weight, distances(xadj, adj, start))
     lowest_cost = cost_of(weight, best)
     for column in range(places.shape[1]):
+        # The separator lies on the upper side of a height, so the same direction swept from its other end gives another
+        # cut.
         for sign in (1.0, -1.0):
             part = sweep(xadj, adj, weight, sign * places[:, column])
             cost = cost_of(weight, part)

@@ -33,6 +33,7 @@ def cut_by_levels(xadj: IndexArray, adj: IndexArray, edge: IndexArray, weight: I
     while levels[-1][0].size - 1 > _MAX_COARSE_SIZE:
         xadj, adj, edge, weight = levels[-1]
         coarse, count = _matching(xadj, adj, edge, weight)
+        # Hardly any edge was left to match: further levels would cost time and keep the graph as it is.
         if count > 0.93 * (xadj.size - 1):
             break
         levels.append(_contract(xadj, adj, edge, weight, coarse, count))
@@ -135,6 +136,7 @@ def _slowest_vector(xadj: IndexArray, adj: IndexArray, edge: IndexArray, weight:
     for v in range(n):
         for k in range(xadj[v], xadj[v + 1]):
             degree[v] += edge[k]
+    # A rough vector will do: the cut is refined vertex by vertex anyhow, and coarse graphs have about a hundred vertices.
     for _ in range(60):
         mean = (x * degree).sum() / max(degree.sum(), 1.0)
         x -= mean
@@ -143,6 +145,7 @@ def _slowest_vector(xadj: IndexArray, adj: IndexArray, edge: IndexArray, weight:
             total = 0.0
             for k in range(xadj[v], xadj[v + 1]):
                 total += edge[k] * x[adj[k]]
+            # Half of the old value: without it the vector of the fastest vibration, of alternating sign, would not decay.
             y[v] = 0.5 * (x[v] + (total / degree[v] if degree[v] > 0 else x[v]))
         x, y = y, x
     return x

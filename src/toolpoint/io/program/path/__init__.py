@@ -1,0 +1,1 @@
+"""Path of a program: its segments, their corners, and their offset by the radius of the tool."""
