@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -19,6 +22,7 @@ from toolpoint.cutting import (
     stability,
 )
 from toolpoint.cutting.cut.coefficients import edge_matrix
+from toolpoint.cutting.cut.problem import coverage
 from toolpoint.cutting.stability.hill.fourier import hill_cut
 from toolpoint.cutting.stability.hill.method import HillDeterminant
 from toolpoint.cutting.stability.hill.system import _null_vectors
@@ -269,3 +273,15 @@ def test_a_resonance_far_narrower_than_the_nodes_is_not_overlooked() -> None:
     exact = stability.chart(problem, speeds, FloquetDeterminant(), depth_max=0.0079).limit
     assert np.isfinite(exact).all()
     assert np.allclose(stability.chart(problem, speeds, HillDeterminant(), depth_max=0.0079).limit, exact, rtol=1e-5)
+
+
+@pytest.mark.parametrize(("spacing", "is_hidden"), [(0.1, True), (0.01, False)])
+def test_a_peak_that_lies_between_the_lines_is_told(spacing: float, is_hidden: bool) -> None:
+    """The same machine on lines, one per cent of noise: two lines beside a resonance tell how narrow it is."""
+    modes = Modes([10.6166, 81.9], [0.00128, 0.06], [[0.02, 0.02], [0.001, 0.02]], ("tool:+x", "tool:+y"))
+    frf = frequency_response.modal(modes, np.arange(4.03, 400.0, spacing))
+    noise = np.random.default_rng(1).standard_normal((2, *frf.values.shape))
+    noisy = replace(frf, values=frf.values * (1 + 0.01 * (noise[0] + 1j * noise[1])))
+    problem = benchmark(Engagement.up(0.2), 2).changed(dynamics=noisy)
+    with pytest.warns(ToolpointWarning, match="its peak lies between them") if is_hidden else nullcontext():
+        assert bool(coverage(problem, np.array([1000.0]))) == is_hidden

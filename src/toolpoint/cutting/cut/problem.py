@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from toolpoint._check import FloatArray, ToolpointWarning, count, fail, floats, positive, scalar
+from toolpoint._check import ComplexArray, FloatArray, ToolpointWarning, count, fail, floats, positive, scalar
 from toolpoint._doubt import Doubt
 from toolpoint._notebook import NotebookText
 from toolpoint.cutting.cut.coefficients import CuttingCoefficients, mean_matrix
@@ -22,6 +22,7 @@ from toolpoint.vibration import Frf, Modes
 Response = Modes | Frf | PlaneDynamics
 Dynamics = Response | tuple[Response, Response] | Callable[[float], "Response"]
 
+HIDDEN_PEAK_LINES = 4.0  # half widths of a resonance to a spacing of lines, above which its peak is not seen
 MISSING_BAND_WORDS = "missing is the band"  # in every remark of `coverage`
 
 
@@ -305,7 +306,33 @@ def coverage(problem: MillingProblem | TurningProblem, speeds: FloatArray) -> tu
                      "(largest resonance plus tooth-passing frequency)")
     if f[0] > 0.5 * peak:
         notes.append(f"the FRF begins at {f[0]:g} Hz; {MISSING_BAND_WORDS} from {0.5 * peak:.0f} Hz")
+    notes += _hidden_peaks(f, values)
     doubts = [Doubt("limits", note, "limits may be far too high for it, and no stated error holds it") for note in notes]
     for doubt in doubts:
         warnings.warn(doubt, ToolpointWarning, stacklevel=3)
     return tuple(doubts)
+
+
+def _hidden_peaks(f: FloatArray, values: ComplexArray) -> list[str]:
+    """Return a note on the strongest resonance that is far narrower than the spacing of the lines.
+
+    Beside a resonance 1/G is nearly a straight line over the frequency, k (f_r - f) + i k h, so that two lines give the half
+    width h although neither is near the peak.
+    """
+    for k in range(min(2, values.shape[1])):
+        g = values[:, k, k]
+        size = np.abs(g)
+        if not size.all():
+            continue
+        inverse, spacing = 1 / g, np.diff(f)
+        turns = np.flatnonzero((inverse.real[:-1] > 0) & (inverse.real[1:] < 0))
+        slope = (inverse.real[turns] - inverse.real[turns + 1]) / spacing[turns]
+        half_width = np.abs(inverse.imag[turns] + inverse.imag[turns + 1]) / 2 / slope
+        peak = np.maximum(size[turns], size[turns + 1])
+        hidden = turns[(spacing[turns] > HIDDEN_PEAK_LINES * half_width) & (peak > 0.1 * size.max())]
+        if hidden.size:
+            i = int(hidden[np.argmax(size[hidden])])
+            width = 2 * float(half_width[turns == i][0])
+            return [f"the resonance near {f[i]:.4g} Hz is {width:.2g} Hz wide and the lines are {spacing[i]:.2g} Hz apart: its "
+                    "peak lies between them"]
+    return []
