@@ -242,3 +242,5 @@ def _upper_end(work, tip, feed, shape, laid, arcs):
         else:
             b = middle
     return edge_at(0.5 * (a + b), shape)[0]
+
+# Code of other modules in these kernels: cf0a08960516

@@ -164,3 +164,5 @@ def _cross_line(work, rotation, step, first_stock, place, intervals):
             number += 0 if now else 1
         was_inside, previous = now, z
     return number
+
+# Code of other modules in these kernels: 7190a4000aa3

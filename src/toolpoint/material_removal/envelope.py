@@ -186,3 +186,5 @@ def ball_side(row, shape, x, y, z):
     if distance2 < square * (1.0 - _SIDE_MARGIN):
         return -1
     return 1 if distance2 > square * (1.0 + _SIDE_MARGIN) and qz < min(az, 0.0) else 0
+
+# Code of other modules in these kernels: 814697192537

@@ -29,3 +29,5 @@ def touch_move(work, k, body, lift, box, place):
                 deepest = work.height[i, j] - z
                 place[0], place[1], place[2], place[3] = deepest, x, y, z
     return deepest > 0.0
+
+# Code of other modules in these kernels: cf0a08960516

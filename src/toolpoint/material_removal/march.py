@@ -137,3 +137,5 @@ def _march(work, span, places, ways, rapid, flutes, bodies, out):  # type: ignor
                 volume[k] += cut_move(work, k, box, last_touch)[0]
         if first_place[k] == first_place[k + 1]:
             volume[k], is_near = cut_move(work, k, box, touched[k])
+
+# Code of other modules in these kernels: dc7dbab76798

@@ -108,3 +108,5 @@ def _cross(triangles, x, y, count, crossings):
                     if count[i, j] < crossings.shape[2]:
                         crossings[i, j, count[i, j]] = az + u * (bz - az) + v * (cz - az)
                     count[i, j] += 1
+
+# Code of other modules in these kernels: 814697192537

@@ -384,3 +384,5 @@ def _cell(work, i, j):
             taken += max(upper[2] - max(z, lower[2]), 0.0)
             kept += max(min(upper[2], z) - lower[2], 0.0)
     return taken / _LATTICE_SIZE, kept / _LATTICE_SIZE
+
+# Code of other modules in these kernels: 75e0e2e3fe0f

@@ -123,3 +123,5 @@ def _ask(rows, shapes, places, move, result):
     """Write whether each place lies above the envelope of its move (a row of `joined`)."""
     for n in range(places.shape[0]):
         result[n] = places[n, 2] >= lowest(rows, shapes, move[n], places[n, 0], places[n, 1])
+
+# Code of other modules in these kernels: 75e0e2e3fe0f

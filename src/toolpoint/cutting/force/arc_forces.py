@@ -184,3 +184,5 @@ def _inside(arcs, phi):  # type: ignore[no-untyped-def]
         if arcs[m, 0] < phi < arcs[m, 1] or arcs[m, 0] < phi - 2.0 * math.pi < arcs[m, 1]:
             return True
     return False
+
+# Code of other modules in these kernels: 814697192537

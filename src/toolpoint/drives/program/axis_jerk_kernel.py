@@ -32,3 +32,5 @@ def slow_windows(time, squares, late, excess, window, caps):
         level = upper / excess[n] ** 1
         for i in range(first, last + 1):
             caps[i] = min(caps[i], level if is_even else max(level, lower))
+
+# Code of other modules in these kernels: 814697192537

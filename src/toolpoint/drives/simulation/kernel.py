@@ -308,3 +308,5 @@ def run(start, steps, matrices, laws, control, motion, histories):
     put(w, motion.values[0], 0)
     put(last_values, motion.values[1], 0)
     return failed
+
+# Code of other modules in these kernels: 8b0688c8a56a

@@ -359,3 +359,5 @@ def settle_poses(tree: tuple[Any, ...], ways: IndexArray, loops: tuple[Any, ...]
                                 state, system, sign, work)
         if settled[pose]:
             last_values[:] = values[pose]
+
+# Code of other modules in these kernels: b39adf2947bc

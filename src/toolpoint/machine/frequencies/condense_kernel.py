@@ -168,3 +168,5 @@ def scale_by_stiffness(mass: FloatArray, stiffness: FloatArray, is_solved: BoolA
                 for c in range(i):
                     m[row, i] -= k[i, c] * m[row, c]
                 m[row, i] /= k[i, i]
+
+# Code of other modules in these kernels: 9dd95a7d7080

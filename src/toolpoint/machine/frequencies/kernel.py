@@ -321,3 +321,5 @@ def largest_scaled_eigenvalues(matrices: FloatArray, factor: FloatArray, diagona
         for w in range(min(POSE_BLOCK_SIZE, poses - start)):
             for r in range(number):
                 out[start + w, r] = values[r, w]
+
+# Code of other modules in these kernels: 06dd92f988c6

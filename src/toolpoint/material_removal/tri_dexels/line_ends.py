@@ -84,3 +84,5 @@ def is_swept_deeper(work, steps, place, depth):
         if swept_distance(row, work.shapes[int(row[12])], place)[0] < -depth:
             return True
     return False
+
+# Code of other modules in these kernels: 0f2b9722d1e2

@@ -198,3 +198,5 @@ def _highest(row, place, axis, first, last):
     for i in range(3):
         height += row[9 + i] * ((0.0 if i == axis else place[i]) - row[3 + i])
     return height + max(row[9 + axis] * first, row[9 + axis] * last)
+
+# Code of other modules in these kernels: 2c31a1f62246

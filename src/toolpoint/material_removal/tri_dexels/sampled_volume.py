@@ -83,3 +83,5 @@ def _mark_cells(at_surface, axis, line, along):
         for b in range(max(j - 1, 0), min(j + 1, ny - 1) + 1):
             for c in range(max(k - 1, 0), min(k + 1, nz - 1) + 1):
                 at_surface[a, b, c] = True
+
+# Code of other modules in these kernels: 42d1f5098275

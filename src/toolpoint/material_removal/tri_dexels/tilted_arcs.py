@@ -161,3 +161,5 @@ def tool_arcs_at(work, tip, frame, motion, shape, reach, arcs):
         reach = _upper_end(work, stand, motion, shape, (reach, upper), arcs) if upper > 0 else _REACH_SHRINK_RATIO * reach
         arc_number_max, upper = _lay(work, stand, motion, shape, reach, arcs)
     return (reach if upper > 0 else 0.0), arc_number_max
+
+# Code of other modules in these kernels: b5e25bc6901a

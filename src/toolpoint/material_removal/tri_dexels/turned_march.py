@@ -101,3 +101,5 @@ def _stock_reach(work, row):
     for i in range(3):
         height += max(row[6 + i] * (work.lower[i] - row[i]), row[6 + i] * (work.upper[i] - row[i]))
     return height
+
+# Code of other modules in these kernels: 7bfb6235b2b3

@@ -354,3 +354,5 @@ def _backward(kept: FloatArray, work: FloatArray, width: int, front: int, k: int
             product(routines, places, (b - a, k, front - b), (True, False), (block + 8 * (b - a), height), (x + 8 * b, front),
                     (x + 8 * a, front))
         solve_triangle(routines, places, False, True, not positive, b - a, k, block, height, x + 8 * a, front)
+
+# Code of other modules in these kernels: 232c706a8bf6

@@ -162,3 +162,5 @@ def straight(theta: FloatArray, order: IndexArray, a: int, b: int, used: int, at
             if gap.real**2 + gap.imag**2 > MAX_BEND_RATIO * MAX_BEND_RATIO * (line.real**2 + line.imag**2):
                 return False
     return True
+
+# Code of other modules in these kernels: 10599a54148e

@@ -283,3 +283,5 @@ def scan_many(periods: FloatArray, omegas: FloatArray, w_max: float, poles: Comp
         memory_of_speed = ScanMemory(memory.nodes[i], memory.numbers[i:i + 1], memory.poles[i], memory.points[i])
         number[i], status[i], resolved[i] = scan(turning, coarse, fine, levels, base, points[i], memory_of_speed)
     return number, status, resolved
+
+# Code of other modules in these kernels: be814ae6fb66

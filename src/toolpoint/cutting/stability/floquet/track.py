@@ -90,3 +90,5 @@ def track(previous: Array, coarse: Green, coarse_room: Room, coarse_c: ComplexAr
         points[number].slope = slope
         number += 1
     return number
+
+# Code of other modules in these kernels: 7761872b9cb6

@@ -140,3 +140,5 @@ def leading_eigenvalues(basis: FloatArray, h: FloatArray, vector: FloatArray, *,
         if good or now < step or step == vectors_max:
             return now, values
         have, step = now, min(vectors_max, step + increment)
+
+# Code of other modules in these kernels: 31ae267b4b8b

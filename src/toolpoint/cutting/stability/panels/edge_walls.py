@@ -138,3 +138,5 @@ def tooth_pieces(angle: float, slope: float, marks: tuple[FloatArray, FloatArray
             out[number, 0], out[number, 1] = lower, upper
             number += 1
     return number
+
+# Code of other modules in these kernels: 814697192537

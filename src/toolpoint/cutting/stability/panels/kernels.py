@@ -360,3 +360,5 @@ def advance(x: FloatArray, y: FloatArray, operator: PeriodOperator) -> None:
             state[r] += pushed[r]
     for r in range(m):
         y[nodes * d + r], y[nodes * d + m + r] = state[2 * r], state[2 * r + 1]
+
+# Code of other modules in these kernels: 7c2cf291de9a

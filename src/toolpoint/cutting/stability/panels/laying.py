@@ -125,3 +125,5 @@ def lay_panels(ends: FloatArray, count: IndexArray, tables: tuple[FloatArray, Fl
     look_back(angle, cut.first, cut.entry_delay[:used], PanelNodes(period, ends, offset, count, x, bary), needed, entries)
     return (angle, half, offset, cuts, needed, cut.now, cut.drag, cut.first, cut.matrix[:used], entries.source, entries.past,
             entries.rows)
+
+# Code of other modules in these kernels: 7f721a9f3c66

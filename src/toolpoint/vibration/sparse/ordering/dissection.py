@@ -135,3 +135,5 @@ def _separate(xadj: IndexArray, adj: IndexArray, edge: IndexArray, weight: Index
         if cost_of(weight, part) < cost_of(weight, best):
             return part
     return best
+
+# Code of other modules in these kernels: b68441662b2a

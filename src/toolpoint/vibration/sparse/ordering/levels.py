@@ -180,3 +180,5 @@ def _grow_side(xadj: IndexArray, adj: IndexArray, weight: IndexArray, start: Ver
             break
     mark_separator(xadj, adj, part)
     return part
+
+# Code of other modules in these kernels: 631cff1b0013
