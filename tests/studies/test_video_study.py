@@ -11,6 +11,7 @@ from toolpoint import Modes, ToolpointError
 from toolpoint.app.main import main
 from toolpoint.io import read_machine, read_modes
 from toolpoint.studies.machines.virtual_test import MeasuringPoints, true_modes
+from toolpoint.studies.video.filmed_machine import FilmedMachine
 from toolpoint.studies.video.interfaces import rank_interfaces
 from toolpoint.studies.video.machine_view import body_regions
 from toolpoint.studies.video.record_poles import poles_of
@@ -54,6 +55,12 @@ def test_the_result_is_plain_data_with_what_is_not_known(study):
     data = json.loads(json.dumps(study.to_dict()))
     assert data["accepts_amplitude"] and len(data["frequency_hz"]) == study.poles.count
     assert "480" in study.table() or "458" in study.table()  # the alias of the first mode
+
+
+def test_modes_without_a_scale_say_that_they_have_no_places(study):
+    """A file of modes without places joins no geometry, and whoever reads it later does not see why."""
+    (name, kept), = FilmedMachine((study,)).nouns.items()
+    assert name == "modes" and kept.notes[-1].startswith("places of the points are not in the file")
 
 
 def test_shapes_at_places_are_in_metres(frames, study):
@@ -158,6 +165,7 @@ def test_the_command_reads_a_clip_and_writes_page_and_magnified_frames(frames, t
                  str(tmp_path / "modes.h5")]
     main(arguments)
     shown = capsys.readouterr().out
+    assert "places of the points are not in the file of modes" in shown
     assert "poles from the video" in shown and "body head" in shown and (tmp_path / "m.gif").stat().st_size > 1000
     assert read_modes(tmp_path / "modes.h5").count == 2
     page = (tmp_path / "page" / "index.html").read_text()

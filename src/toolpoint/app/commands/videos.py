@@ -105,5 +105,6 @@ def video(run: Frame, files: Files, filming: Filming, *,
         run.write("Magnified clip", magnification.file, vision.write_frames, studies.magnify_motion(
             result.videos[0], magnification.factor, mode=magnification.which, band=magnification.magnify_band,
             attenuation=magnification.attenuation))
-    run.write("Modes", modes, io.write_nouns, result.nouns)
-    run.show(result, result.notes)
+    nouns = {} if modes is None else result.nouns
+    run.write("Modes", modes, io.write_nouns, nouns)
+    run.show(result, [*result.notes, *(note for kept in nouns.values() for note in getattr(kept, "notes", ()))])

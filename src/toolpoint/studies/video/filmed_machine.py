@@ -26,6 +26,8 @@ from toolpoint.vision.magnification.reached import gain_doubt
 from toolpoint.vision.magnification.warp import ShapeWarp
 from toolpoint.vision.view import View
 
+UNPLACED_NOTE = "places of the points are not in the file of modes: the video has no scale (millimetres a pixel, `scale`)"
+
 
 @dataclass(frozen=True, eq=False)
 class FilmedMachine(NotebookText):
@@ -56,9 +58,12 @@ class FilmedMachine(NotebookText):
 
     @property
     def nouns(self) -> dict[str, Modes | Geometry]:
-        """Modes and, where they are known, the places of their points: the contents of a file of modes."""
+        """Modes and, where they are known, the places of their points: the contents of a file of modes.
+
+        Modes without places say so in a note, which the next command repeats.
+        """
         places = self.places
-        return {"modes": self.modes} if places is None else {"modes": self.modes, "places": places}
+        return {"modes": self.modes.noted(UNPLACED_NOTE)} if places is None else {"modes": self.modes, "places": places}
 
     @property
     def updated(self) -> Machine:
