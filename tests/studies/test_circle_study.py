@@ -111,6 +111,23 @@ def test_a_goal_that_is_met_has_no_remedy() -> None:
     assert study.is_met and not study.remedies and not study.cause() and study.tuned is None
 
 
+@pytest.mark.parametrize("deviation", [0.0, -1e-6, 10.0])
+def test_a_goal_that_is_no_deviation_of_the_circle_is_refused(deviation: float) -> None:
+    """10 for 10um was met by every servo."""
+    with pytest.raises(ToolpointError, match="must be above 0 and below the radius, 30 mm .give it with its unit"):
+        study_circle(drives_of("XY"), ContourGoal(0.03, FEED, deviation))
+
+
+def test_a_plane_that_the_drives_lack_is_refused_by_its_axis() -> None:
+    with pytest.raises(ToolpointError, match=r"plane: Z; must be axes of the drive file: X, Y"):
+        run_drives(drives_of("XY"), circle=(0.03, FEED), plane=("X", "Z"))
+
+
+def test_a_pose_that_changes_nothing_is_doubted() -> None:
+    study = study_circle(drives_of("XY"), ContourGoal(0.03, 0.01, 1e-3, pose={"X": 0.1}))
+    assert any("the pose of the goal changes nothing" in doubt for doubt in study.doubts)
+
+
 def test_axes_of_unequal_gain_without_friction_are_not_called_friction() -> None:
     """Axes that lag by 1/K_v leave the circle by v |1/K_1 - 1/K_2|/2 along its diagonals, and no reversal shows."""
     drives = drives_of("XY", friction=FrictionDescription("none"), gains=(20.0, 30.0))

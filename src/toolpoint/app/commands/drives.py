@@ -83,6 +83,7 @@ def drive(run: Frame, drives: Annotated[SourceFile, Argument()], *,
         return
     if deviation is not None and circle is not None:
         goal = ContourGoal(*circle, deviation, plane or ("X", "Y"), pose or {})
+        run.steps += 1  # gains and feeds are looked for
         study = studies.study_circle(description, goal, machine=built, progress=run.step)
         run.present(pages.circle_page, study, source_text=drives.read_text(encoding="utf-8-sig"), warnings=run.warnings)
         return

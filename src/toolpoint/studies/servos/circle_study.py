@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from toolpoint._check import ToolpointError, ToolpointWarning
+from toolpoint._check import ToolpointError, ToolpointWarning, fail
 from toolpoint._doubt import Doubt, mark_notes
 from toolpoint._notebook import NotebookText
 from toolpoint._rounding import number_text
@@ -33,6 +33,8 @@ NO_INTERVAL_DOUBT = Doubt(
     "contour", "the numbers of the servo file have no stated uncertainty, so this deviation has no interval",
     "measure a circle on the machine and compare it (toolpoint servo-data)")
 
+POSE_DOUBT = Doubt("pose", "no drive ends on a machine, so the pose of the goal changes nothing",
+                   "leave it out, or describe the drives as ball screws that end on the machine")
 STRUCTURE_DOUBT = Doubt(
     "structure", "no axis of the servo file ends at points of the machine, so what the structure gives way by is not in this "
     "deviation", "describe the drives as ball screws that end on the machine")
@@ -181,12 +183,18 @@ def study_circle(drives: DriveDescription, goal: ContourGoal, *, machine: Machin
     Runs in ``examples/drive_a_circle.py``.
     """
     structure = machine if ends_on_machine(drives) else None
-    left_out = (STRUCTURE_DOUBT,) if machine is not None and structure is None else ()
-    search = _RemedySearch(drives, goal, structure, progress)
-    experiment = search.run(drives, goal.feed)
+    left_out = (*((STRUCTURE_DOUBT,) if machine is not None and structure is None else ()),
+                *((POSE_DOUBT,) if goal.pose and structure is None else ()))
+    if not 0 < goal.deviation < goal.radius:
+        fail("deviation", f"{1e6 * goal.deviation:.4g} µm", f"must be above 0 and below the radius, {1e3 * goal.radius:.4g} mm",
+             remedy="give it with its unit, as 10um")
+    search = _RemedySearch(drives, goal, structure)
+    experiment = search.run(drives, goal.feed, progress)
     deviation = _deviation(experiment)
     if deviation <= goal.deviation:
         return CircleStudy(goal, experiment, deviation, structure_doubts=left_out)
+    if progress is not None:
+        progress("gains and feeds that would meet the goal")
     tuned = search.tune()
     remedies = replace(search, doubts_today=tuple(experiment.doubts)).remedies(tuned)
     return CircleStudy(goal, experiment, deviation, tuple(remedies), tuned, left_out)
@@ -210,20 +218,19 @@ class _RemedySearch:
     drives: DriveDescription
     goal: ContourGoal
     machine: Machine | None
-    progress: Callable[[str], None] | None
     doubts_today: tuple[Doubt, ...] = ()
 
-    def run(self, drives: DriveDescription, feed: float) -> DriveExperiment:
+    def run(self, drives: DriveDescription, feed: float, progress: Callable[[str], None] | None = None) -> DriveExperiment:
         """Return the simulation with gains at a feed."""
         pose: Mapping[str, float] | None = self.goal.pose if self.machine is not None and self.goal.pose else None
         return run_drives(drives, circle=(self.goal.radius, feed), plane=self.goal.axes, machine=self.machine, pose=pose,
-                          progress=self.progress)
+                          progress=progress)
 
     def tune(self) -> TunedDrives | None:
         """Return the drive with the largest gains that keep the margins, None where no gain keeps them."""
         pose = self.goal.pose if self.machine is not None and self.goal.pose else None
         try:
-            return tune_drives(self.drives, machine=self.machine, pose=pose, progress=self.progress or (lambda name: None))
+            return tune_drives(self.drives, machine=self.machine, pose=pose)
         except ToolpointError:
             return None  # the loops' own doubts say why
 
