@@ -186,8 +186,8 @@ def run_drives(
     servo = build_servo(drives, structure_of(drives, machine, pose))
     turned = _circle_columns(plane)
     if circle is not None and {name.upper() for name in drives.axes} <= set(SPACE) and (
-            missing := [name for name in plane if name.upper() not in map(str.upper, drives.axes)]):
-        fail("plane", ", ".join(missing), f"must be axes of the drive file: {', '.join(drives.axes)}")
+            absent := [name for name in plane if name.upper() not in map(str.upper, drives.axes)]):
+        fail("plane", ", ".join(absent), f"must be axes of the drive file: {', '.join(drives.axes)}")
     route = path if path is not None else full_turns(*(circle or (0.0, 0.0)), columns=turned)
     driven = match_axes(route, tuple(drives.axes), ideal=ideal)
     say("set points")
