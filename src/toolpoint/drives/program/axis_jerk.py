@@ -5,9 +5,8 @@ With :math:`\sigma(t)` the nominal time reached, an axis moves by :math:`\dot q 
 :math:`\dddot q = q''' \dot\sigma^3 + 3 q'' \dot\sigma \ddot\sigma + q' \dddot\sigma`. The fastest law within speed and
 acceleration (`axis_limits`) is averaged over a window W, as controls do: with :math:`W = a/j` a trapezoid of speed becomes the
 seven-phase motion. Only the law is averaged, so the axes stay on their path. Where a limit is passed all the same, the law
-before
-averaging is slowed there, until none is; what is left is taken off by a longer time of that stretch between two stops. Every
-stretch takes the window that makes it quickest.
+before averaging is slowed there, until none is; what is left is taken off by a longer time of that stretch between two stops.
+Every stretch takes the window that makes it quickest.
 
 Sources: Shin, McKay, IEEE Trans. Automatic Control 30 (1985) 531 (phase plane); Biagiotti, Melchiorri, Control Engineering
 Practice 20 (2012) 1385 (averages that bound the jerk).
@@ -48,9 +47,8 @@ class AxisMotion:
     """Motion along a rounded path in pieces of constant jerk of its nominal time.
 
     time, sigma, rate, change : (k,) at the beginning of each piece and the end: s, s, -, 1/s; times : (n,) of the steps, s;
-    ratio :
-    (n + 1,) speed over the nominal one at the joints; peaks : (n,) its largest value in each step; share : (axes, 3) largest
-    used share of speed, acceleration and jerk.
+    ratio : (n + 1,) speed over the nominal one at the joints; peaks : (n,) its largest value in each step; share : (axes, 3)
+    largest used share of speed, acceleration and jerk.
     """
 
     path: RoundedPath
@@ -88,9 +86,8 @@ class _SmoothLaw:
 
 @dataclass(frozen=True, eq=False)
 class _StepParts:
-    """Parts of the steps: nominal times of their ends (m + 1,), step of each part (m,), stretch of each (m,), and of each
-    what the
-    passes take: sizes of q' and q'' (m, axes), largest rates (m,), largest squares of the rate at the ends (m + 1,)."""
+    """Parts of the steps: nominal times of their ends (m + 1,), step of each part (m,), stretch of each (m,), and of each what
+    the passes take: sizes of q' and q'' (m, axes), largest rates (m,), largest squares of the rate at the ends (m + 1,)."""
 
     sigma: FloatArray
     step: IndexArray
