@@ -688,7 +688,10 @@ def project() -> Report:
     results = ProjectResults({
         "project": "Demo mill", "answers": ["rough: not certain; 2 mm is stable with 93 %.", "side: no answer."],
         "goals": {"rough": goal, "free": {**goal, "limit_m": None, "interval_m": [None, None], "chatter_frequency_hz": None}},
-        "contours": {"circle": {"deviation_m": 8e-6, "goal_m": 1e-5, "met": True}},
+        "contours": {"circle": {"deviation_m": 8e-6, "goal_m": 1e-5, "met": True},  # as an older version wrote it
+                     "missed": {"deviation_m": 4e-5, "goal_m": 1e-5, "met": False, "cause": "its largest part is a peak",
+                                "remedies": [{"words": "larger gains: radial deviation 9 µm, within the goal", "met": True,
+                                              "kind": "gains", "deviation_m": 9e-6}]}},
         "changes": [change], "next": {"answer": "compliance", "today": 0.05, "random": 0.04, "candidates": [
             {"test": "shapes at 34:+x", "after": 0.028}]}, "next_steps": ["try a cut of 2.4 mm"], "steps": steps,
         "doubts": [doubt], "assumptions": ["Coefficients are lognormal."], "methods": "Responses were estimated."})

@@ -114,7 +114,7 @@ def test_a_goal_that_is_met_has_no_remedy() -> None:
 @pytest.mark.parametrize("deviation", [0.0, -1e-6, 10.0])
 def test_a_goal_that_is_no_deviation_of_the_circle_is_refused(deviation: float) -> None:
     """10 for 10um was met by every servo."""
-    with pytest.raises(ToolpointError, match="must be above 0 and below the radius, 30 mm .give it with its unit"):
+    with pytest.raises(ToolpointError, match=r"must be above 0 and below the radius, 30 mm \(give it with its unit"):
         study_circle(drives_of("XY"), ContourGoal(0.03, FEED, deviation))
 
 

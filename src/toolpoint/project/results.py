@@ -96,7 +96,8 @@ class ProjectResults(NotebookText):
 
 def contour_lines(data: Mapping[str, Any]) -> list[str]:
     """Return cause and remedies of a missed circle (contour.json), a sentence each; none where it is met."""
-    return [line for line in (data["cause"], *(remedy["words"] for remedy in data["remedies"])) if line]
+    # Results that an older version wrote hold neither.
+    return [line for line in (data.get("cause", ""), *(remedy["words"] for remedy in data.get("remedies", ()))) if line]
 
 
 def end_scatter(draws: int) -> float:
@@ -173,7 +174,7 @@ def _next_steps(run: RunResult, goals: Mapping[str, Any], programs: Mapping[str,
                          "stable there, and 2 % beside it, with 95 %")
     lines += [line for name, data in programs.items() if (line := _program_step(name, data))]
     lines += [f"for {name} change the {remedy['kind']} as said: {1e6 * remedy['deviation_m']:.3g} µm is within the goal"
-              for name, data in contours.items() for remedy in data["remedies"][:1] if remedy["met"]]
+              for name, data in contours.items() for remedy in data.get("remedies", ())[:1] if remedy["met"]]
     for name, goal in undecided.items():
         cut = goal["next_cut"]
         lines.append(f"for {name} try a cut of {1e3 * cut['depth_m']:.2g} mm at {cut['speed_rpm']:.5g} rev/min and report it "

@@ -14,6 +14,7 @@ import numpy as np
 from toolpoint._check import ComplexArray, FloatArray, fail
 from toolpoint._notebook import NotebookText
 from toolpoint.cutting import MillingProblem, StabilityChart, ZeroOrder, stability
+from toolpoint.cutting.cut.interpolation import interpolate
 from toolpoint.cutting.description import CuttingDescription
 from toolpoint.studies.machines.tool_point import depth_limit, milling_problem
 from toolpoint.vibration import Dof, Frf, Modes, frequency_response
@@ -27,6 +28,8 @@ EXAMPLE_FACE_MILL = CuttingDescription.of(
     source="chosen: 80 mm face mill, five teeth, in steel")
 # Spindle speeds of a chart; frequency lines of a response.
 _CHARTED_SPEEDS, _RESPONSE_LINES = 250, 2500
+_CUBIC_REACH, _PEAK_POINTS = 3, 33  # lines beside a peak's highest that its cubics rest on; points between its neighbours
+_RIVAL_SHARE = 0.9  # of the highest line, from which another peak is looked at between its lines
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,12 +98,40 @@ def mean_factors(problem: MillingProblem) -> FloatArray:
 def least_depth(values: ComplexArray, factors: FloatArray, lines: FloatArray) -> tuple[float, float]:
     """Return the least depth at any speed (m, infinite where none limits) and its chatter frequency (Hz).
 
-    values : (n_f, 2, 2) receptance; factors : see `mean_factors`; lines : (n_f,) Hz.
+    values : (n_f, 2, 2) receptance; factors : see `mean_factors`; lines : (n_f,) Hz. Between the lines the response is the
+    cubic that charts take, so that no chart lies below.
     """
+    largest_real = _largest_real(values, factors)
+    highest = int(np.argmax(largest_real))
+    if largest_real[highest] <= 0:
+        return float("inf"), float("nan")
+    peaks = [(float(largest_real[highest]), float(lines[highest]))]  # at an end of the lines, the line itself
+    inner = largest_real[1:-1]
+    rising = (inner >= largest_real[:-2]) & (inner >= largest_real[2:]) & (inner > _RIVAL_SHARE * largest_real[highest])
+    # Two peaks of a tuned damper are alike: the one whose line is lower may be the higher one between its lines.
+    for k in (np.flatnonzero(rising) + 1).tolist():
+        window = slice(max(k - _CUBIC_REACH, 0), k + _CUBIC_REACH + 1)
+        between = np.linspace(lines[k - 1], lines[k + 1], _PEAK_POINTS)
+        peaks.append(_top_of_parabola(_largest_real(interpolate(lines[window], values[window], between), factors), between))
+    peak, place = max(peaks)
+    return 1 / (2 * peak), place
+
+
+def _largest_real(values: ComplexArray, factors: FloatArray) -> FloatArray:
+    """Return the largest real part (n,) of the eigenvalues of the oriented response."""
     m = -(factors @ values)
     half = (m[:, 0, 0] + m[:, 1, 1]) / 2
     # Eigenvalues of a 2 by 2 matrix in closed form: a search calls this thousands of times.
     root = np.sqrt(half**2 - (m[:, 0, 0] * m[:, 1, 1] - m[:, 0, 1] * m[:, 1, 0]))
-    largest_real = np.maximum((half + root).real, (half - root).real)
-    k = int(np.argmax(largest_real))
-    return (1 / (2 * float(largest_real[k])), float(lines[k])) if largest_real[k] > 0 else (float("inf"), float("nan"))
+    return np.asarray(np.maximum((half + root).real, (half - root).real))
+
+
+def _top_of_parabola(values: FloatArray, places: FloatArray) -> tuple[float, float]:
+    """Return the largest value and its place by the parabola through the largest of even values and its neighbours."""
+    k = int(np.argmax(values))
+    if not 0 < k < values.size - 1:
+        return float(values[k]), float(places[k])
+    left, middle, right = (float(value) for value in values[k - 1:k + 2])
+    curvature = left - 2 * middle + right
+    shift = 0.0 if curvature >= 0 else 0.5 * (left - right) / curvature
+    return middle - 0.25 * (left - right) * shift, float(places[k]) + shift * float(places[1] - places[0])
