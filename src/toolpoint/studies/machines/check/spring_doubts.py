@@ -13,7 +13,7 @@ MAX_DIRECTION_RATIO = 50.0  # stiffness of a direction beside the other directio
 # stiffness below the smallest or above the largest of all other joints, along and about
 MAX_JOINT_RATIOS = {"x": 30.0, "rx": 100.0}
 MAX_DAMPER_TIME_RATIO = 100.0  # damping over stiffness, outside the values of other joints
-MIN_DAMPER_TIME = 1e-9  # s, damping over stiffness, a loss factor of 6e-6 at 1 kHz: what a fit leaves of a damper that is none
+MIN_DAMPER_TIME = 1e-7  # s, damping over stiffness, a loss factor of 6e-4 at 1 kHz: what a fit leaves of a damper that is none
 MIN_SPRING_STIFFNESS, MIN_CARRIED_FREQUENCY = 3e6, 6.0  # N/m; Hz of the carried mass on its spring alone
 MAX_DAMPER_TO_SPRING_FORCE = 2.0  # at 10 Hz
 WAYS_ALONG, WAYS_ABOUT = ("x", "y", "z"), ("rx", "ry", "rz")
