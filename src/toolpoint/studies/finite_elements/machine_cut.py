@@ -106,8 +106,8 @@ def least_depth(values: ComplexArray, factors: FloatArray, lines: FloatArray) ->
     if largest_real[highest] <= 0:
         return float("inf"), float("nan")
     peaks = [(float(largest_real[highest]), float(lines[highest]))]  # at an end of the lines, the line itself
-    between_ends = largest_real[1:-1]
-    rising = (between_ends >= largest_real[:-2]) & (between_ends >= largest_real[2:]) & (between_ends > _RIVAL_SHARE * largest_real[highest])
+    middle = largest_real[1:-1]
+    rising = (middle >= largest_real[:-2]) & (middle >= largest_real[2:]) & (middle > _RIVAL_SHARE * largest_real[highest])
     # Two peaks of a tuned damper are alike: the one whose line is lower may be the higher one between its lines.
     for k in (np.flatnonzero(rising) + 1).tolist():
         window = slice(max(k - _CUBIC_REACH, 0), k + _CUBIC_REACH + 1)
