@@ -8,9 +8,11 @@ import pytest
 from toolpoint.joint_identification.joints.chain import relative_motion_of
 from toolpoint.joint_identification.joints.joint_fit import Criterion
 from toolpoint.joint_identification.machine.bending_share import bending_share, noisy_modes
+from toolpoint.joint_identification.motion.body_misfit import find_suspect
 from toolpoint.joint_identification.motion.measured import Component, component
 from toolpoint.joint_identification.motion.rigid_motion import rigid_motion
-from toolpoint.joint_identification.motion.strangers import sure_strangers
+from toolpoint.joint_identification.motion.strangers import MIN_OUTLIER_MISFIT_RATIO, sure_strangers
+from toolpoint.joint_identification.motion.wrong_channels import faulty_points
 from toolpoint.vibration import Dof, Modes
 
 MODES, POINTS, NOISE = 6, 6, 1e-3
@@ -95,6 +97,21 @@ def test_a_point_of_a_wrong_factor_is_sure_to_be_left_out(factor: float) -> None
         column = parts["column"]
         column.values[column.owner == column.points.index(point)] *= factor
         assert sure_strangers(parts) == {"bed": (), "column": (point,), "head": ()}
+
+
+def test_a_faint_wrong_factor_is_sure_where_it_explains_the_misfit() -> None:
+    """Without its factor, a misfit that falls by less than 50 would leave the point in the motion."""
+    left_out = []
+    for seed in range(20):
+        parts = drawn_bodies(seed)
+        column = parts["column"]
+        rng = np.random.default_rng(1000 + seed)
+        column.values[:] += 0.012 * rng.standard_normal(column.values.shape)
+        column.values[column.owner == column.points.index(POINTS + 1)] *= 1.12
+        suspect = find_suspect(column)
+        if suspect is not None and suspect.ratio < MIN_OUTLIER_MISFIT_RATIO and faulty_points(parts):
+            left_out.append(sure_strangers(parts)["column"])
+    assert len(left_out) > 3 and set(left_out) == {(POINTS + 1,)}
 
 
 def test_bodies_that_bend_lose_no_point() -> None:
